@@ -1,0 +1,103 @@
+//! A scene from the command line: file, overrides, assets.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, anyhow};
+use tyndall_scene::assets::Directory;
+use tyndall_scene::volume::Budget;
+use tyndall_scene::{Document, Scene, World};
+
+use crate::failure::Failure;
+
+/// What `render` and `reference` are told of the scene.
+#[derive(clap::Args)]
+pub struct Input {
+    /// Scene file (TOML, or JSON if it ends in .json)
+    scene: PathBuf,
+    /// Picture size in pixels, in place of film.size
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    size: Option<[u32; 2]>,
+    /// Set a field of the scene, by its path (repeatable): --set media.plume.optics.coefficients.sigma_s=20
+    #[arg(long, value_name = "PATH=VALUE", value_parser = assignment)]
+    set: Vec<(String, String)>,
+}
+
+impl Input {
+    /// Reads, overrides, checks and loads the scene.
+    pub fn load(&self) -> Result<World, Failure> {
+        let text = std::fs::read_to_string(&self.scene)
+            .with_context(|| format!("cannot read the scene {}", self.scene.display()))
+            .map_err(Failure::Input)?;
+        let document = Document::new(self.scene.display().to_string(), text);
+        let mut scene = document.parse()?;
+        for (path, value) in &self.set {
+            scene.set(path, value)?;
+        }
+        if let Some([width, height]) = self.size {
+            scene.set("film.size", &format!("[{width}, {height}]"))?;
+        }
+        self.check_settings(&scene, &document)?;
+        let folder = self.scene.parent().unwrap_or(Path::new(""));
+        let started = std::time::Instant::now();
+        let world = World::load(scene, &Directory(folder.into()), memory_budget())
+            .map_err(|error| Failure::from(error.locate(&document)))?;
+        tracing::info!(volumes = world.volumes.len(), hash = &world.hash[..16], time = ?started.elapsed(), "loaded");
+        Ok(world)
+    }
+
+    /// Holds technique settings against what the techniques declare, so that an error knows its line.
+    fn check_settings(&self, scene: &Scene, document: &Document) -> Result<(), Failure> {
+        match tyndall::techniques::chosen(scene) {
+            Ok(_) => Ok(()),
+            Err(tyndall::RenderError::Setting(error)) => {
+                let overridden = self.set.iter().any(|(path, _)| *path == error.path);
+                Err(if overridden { Failure::Input(anyhow!("--set {error}")) } else { document.locate(&error).into() })
+            }
+            Err(tyndall::RenderError::NoSuchTechnique { found, accepted }) => {
+                let message = format!("found an unknown technique; accepted: {accepted}");
+                Err(document.at(&format!("techniques.{found}"), &message).into())
+            }
+            Err(other) => Err(other.into()),
+        }
+    }
+}
+
+/// What voxels may take: half of the memory that is free now, so that a copy for the device fits beside them
+/// (4 GiB where the system does not say).
+fn memory_budget() -> Budget {
+    let free = sysinfo::System::new().map(|mut system| {
+        system.refresh_memory();
+        system.available_memory()
+    });
+    match free {
+        Ok(free) if free > 0 => Budget(free / 2),
+        _ => Budget(4 << 30),
+    }
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let sides = text.split_once(['x', 'X']).map(|(w, h)| (w.parse(), h.parse()));
+    match sides {
+        Some((Ok(width), Ok(height))) => Ok([width, height]),
+        _ => Err("accepted: WIDTHxHEIGHT in pixels, such as 1280x720".into()),
+    }
+}
+
+fn assignment(text: &str) -> Result<(String, String), String> {
+    let (path, value) = text.split_once('=').ok_or("accepted: PATH=VALUE, such as film.exposure=1.5")?;
+    Ok((path.trim().into(), value.trim().into()))
+}
+
+/// Where a picture goes: refused before any work where nothing could be written there.
+pub fn check_output(path: &Path, extensions: &[&str]) -> Result<(), Failure> {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    if !extensions.contains(&extension.as_str()) {
+        let accepted = extensions.iter().map(|e| format!(".{e}")).collect::<Vec<_>>().join(" or ");
+        return Err(Failure::Input(anyhow!("output {}: accepted: a name that ends in {accepted}", path.display())));
+    }
+    let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        return Err(Failure::Input(anyhow!("output {}: there is no folder {}", path.display(), folder.display())));
+    }
+    Ok(())
+}

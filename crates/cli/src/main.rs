@@ -1,0 +1,65 @@
+//! The `tyndall` command.
+
+mod compare;
+mod failure;
+mod info;
+mod input;
+mod interrupt;
+mod progress;
+mod reference;
+mod render;
+mod schema;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use tracing_subscriber::EnvFilter;
+
+/// Renders light through things that are not opaque, and states how wrong each picture is.
+#[derive(Parser)]
+#[command(version, arg_required_else_help = true, after_help = "\
+Examples:
+  tyndall render scenes/plume.toml -o plume.png
+  tyndall reference scenes/plume.toml -o truth.exr --depth 1 --error 0.01
+  tyndall render scenes/plume.toml -o plume.exr
+  tyndall compare plume.exr truth.exr --map difference.png
+
+Exit codes: 0 done, 1 failed, 2 usage or bad input, 130 interrupted.")]
+struct Cli {
+    /// Say more of what is done (-v), and more (-vv); RUST_LOG overrides it
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    verbose: u8,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Render(render::Arguments),
+    Reference(reference::Arguments),
+    Compare(compare::Arguments),
+    Info(info::Arguments),
+    Schema(schema::Arguments),
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let level = match cli.verbose {
+        0 => "warn,wgpu_hal=error",
+        1 => "info,wgpu_hal=warn",
+        _ => "debug,naga=info",
+    };
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(level));
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).without_time().init();
+    let outcome = match cli.command {
+        Command::Render(arguments) => arguments.run(),
+        Command::Reference(arguments) => arguments.run(),
+        Command::Compare(arguments) => arguments.run(),
+        Command::Info(arguments) => arguments.run(),
+        Command::Schema(arguments) => arguments.run(),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}

@@ -1,0 +1,63 @@
+//! Tyndall's ground truth: a CPU path tracer for participating media.
+//!
+//! [`render`] makes pictures with their statistics, [`Tracer`] estimates single rays. Every estimate is without bias:
+//! its mean is the solution of the equation of radiative transfer, and what is left is noise, which is known. It
+//! shares the description of scenes with the renderers it judges, but no physics.
+//!
+//! | module | idea |
+//! |---|---|
+//! | `path` | from the eye, scattering by scattering |
+//! | `tracking` | flight to the next collision, and transmittance, by null collisions |
+//! | `march` | the ray cut at the cells of every medium |
+//! | `majorant` | bounds of the extinction in each cell |
+//! | `medium` | coefficients at a point |
+//! | [`phase`] | which way scattered light goes |
+//! | `light` | what lamps send to a point |
+//! | `camera`, `film`, `render` | pixels, their mean and variance, passes |
+//! | [`simple`] | the same truth on one page, slow |
+
+mod camera;
+mod film;
+mod light;
+mod majorant;
+mod march;
+mod medium;
+mod path;
+pub mod phase;
+mod random;
+mod render;
+pub mod simple;
+mod tracking;
+
+pub use path::Tracer;
+pub use random::Random;
+pub use render::{LEAST_SAMPLES, Options, Progress, render};
+
+/// Why a world cannot be traced.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ReferenceError {
+    /// A camera without a direction.
+    #[error("camera.target: the camera looks nowhere, or straight along `up`")]
+    Camera,
+    /// Extinction beyond what numbers hold.
+    #[error("media.{medium}: the extinction overflows; accepted: a finite density times σ_s + σ_a everywhere")]
+    Unbounded {
+        /// The medium's name.
+        medium: String,
+    },
+    /// A previous image of another size.
+    #[error("the image to continue has {}×{} pixels; the scene's film.size is {}×{}", found[0], found[1], expected[0],
+        expected[1])]
+    Size {
+        /// Columns and rows of the image.
+        found: [u32; 2],
+        /// Columns and rows of the scene's film.
+        expected: [u32; 2],
+    },
+    /// A previous image that does not say how sure it is.
+    #[error("the image to continue has no statistics (variance and number of samples)")]
+    NoStatistics,
+    /// A previous image that is damaged.
+    #[error("the image to continue is damaged: {0}")]
+    Image(String),
+}

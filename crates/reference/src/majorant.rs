@@ -1,0 +1,95 @@
+//! Bounds of a medium's strength on a coarse grid over its unit cube, for tracking to step through.
+
+use rayon::prelude::*;
+use tyndall_scene::Field;
+use tyndall_scene::description::Optics;
+use tyndall_scene::volume::Grid;
+
+use crate::medium::strength;
+
+/// The lowest and highest strength within each cell of a grid over the unit cube.
+pub(crate) struct Bounds {
+    /// Cells along x, y, z.
+    pub cells: [usize; 3],
+    /// `[lowest, highest]`, x fastest.
+    ranges: Vec<[f32; 2]>,
+}
+
+/// Voxels along a cell's side, where that does not make too many cells.
+const VOXELS: usize = 8;
+
+/// The most cells along an axis.
+const MOST_CELLS: usize = 64;
+
+impl Bounds {
+    pub fn new(field: &Field, optics: &Optics) -> Self {
+        match field {
+            Field::Homogeneous => Self { cells: [1; 3], ranges: vec![strengths(optics, 1.0, 1.0)] },
+            Field::Exponential { base, scale } => {
+                let value = |i: usize| (-(i as f32 / MOST_CELLS as f32 - base) / scale).exp();
+                let ranges = (0..MOST_CELLS).map(|i| strengths(optics, value(i + 1), value(i))).collect();
+                Self { cells: [1, MOST_CELLS, 1], ranges }
+            }
+            Field::Grid(grid) => {
+                let cells = grid.dims.map(|n| (n as usize).div_ceil(VOXELS).min(MOST_CELLS));
+                let ranges = (0..cells[0] * cells[1] * cells[2])
+                    .into_par_iter()
+                    .map(|i| {
+                        let cell = [i % cells[0], i / cells[0] % cells[1], i / (cells[0] * cells[1])];
+                        let [low, high] = values(grid, cells, cell);
+                        strengths(optics, low, high)
+                    })
+                    .collect();
+                Self { cells, ranges }
+            }
+        }
+    }
+
+    /// The highest strength anywhere.
+    pub fn highest(&self) -> f32 {
+        self.ranges.iter().fold(0.0, |highest, range| if range[1] <= highest { highest } else { range[1] })
+    }
+
+    /// The lowest and highest strength in a cell, by its number: x + cells[0]·(y + cells[1]·z).
+    #[inline]
+    pub fn range(&self, cell: usize) -> [f32; 2] {
+        self.ranges[cell]
+    }
+}
+
+/// The lowest and highest value that trilinear interpolation takes within a cell: the extremes of the voxels whose
+/// centres surround it.
+fn values(grid: &Grid, cells: [usize; 3], cell: [usize; 3]) -> [f32; 2] {
+    // Wider by this many voxels, lest rounding put a point into the neighbouring cell.
+    const MARGIN: f64 = 1e-3;
+    let span = |axis: usize| {
+        let n = f64::from(grid.dims[axis]);
+        let at = |cell: usize| cell as f64 / cells[axis] as f64 * n - 0.5;
+        let first = (at(cell[axis]) - MARGIN).floor().clamp(0.0, n - 1.0);
+        let last = (at(cell[axis] + 1) + MARGIN).ceil().clamp(0.0, n - 1.0);
+        first as u32..=last as u32
+    };
+    let mut range = [f32::INFINITY, f32::NEG_INFINITY];
+    for k in span(2) {
+        for j in span(1) {
+            for i in span(0) {
+                let value = grid.value(i, j, k);
+                range = [range[0].min(value), range[1].max(value)];
+            }
+        }
+    }
+    range
+}
+
+/// The lowest and highest strength over an interval of values. A transfer function is monotonic between its stops.
+fn strengths(optics: &Optics, low: f32, high: f32) -> [f32; 2] {
+    let ends = [strength(optics, low), strength(optics, high)];
+    let mut range = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+    if let Optics::Transfer(transfer) = optics {
+        for stop in transfer.stops.iter().filter(|stop| (low..=high).contains(&stop.value)) {
+            let here = strength(optics, stop.value);
+            range = [range[0].min(here), range[1].max(here)];
+        }
+    }
+    range
+}

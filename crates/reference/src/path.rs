@@ -1,0 +1,133 @@
+//! The estimator of one path from the eye: emission, single and multiple scattering, all without bias.
+
+use glam::DVec3;
+use tyndall_scene::World;
+
+use crate::light::{Lamp, Lights};
+use crate::march::March;
+use crate::medium::Medium;
+use crate::tracking::{End, Flight, Media, Scatterer};
+use crate::{Random, ReferenceError, phase};
+
+/// A world made ready for tracing.
+pub struct Tracer {
+    media: Media,
+    lights: Lights,
+}
+
+impl Tracer {
+    /// Prepares a world: bounds its densities, cell by cell.
+    ///
+    /// # Errors
+    /// [`ReferenceError::Unbounded`] where the extinction of a medium overflows.
+    pub fn new(world: &World) -> Result<Self, ReferenceError> {
+        let media = world.volumes.iter().map(Medium::new).collect::<Result<Vec<_>, _>>()?;
+        let scatters = media.iter().any(Medium::scatters);
+        let glows = media.iter().any(Medium::glows);
+        Ok(Self { media: Media { media, scatters, glows }, lights: Lights::new(&world.scene) })
+    }
+
+    /// An estimate of the radiance that arrives at `origin` [m] from the unit `direction` [W·sr⁻¹·m⁻²]; its mean is the
+    /// radiance of light scattered at most `depth` times (`None`: any number of times).
+    ///
+    /// Depth 0 is emission, absorption and what is behind; 1 is single scattering. Light of lamps is sought at every
+    /// scattering, that of the constant environment is found where a path escapes.
+    pub fn radiance(&self, origin: DVec3, direction: DVec3, depth: Option<u32>, rng: &mut Random) -> DVec3 {
+        let (mut origin, mut direction) = (origin, direction);
+        let mut flight = Flight::new();
+        let mut shadow = March::default();
+        for scatterings in 0u32.. {
+            if !self.media.scatters || depth.is_some_and(|depth| scatterings >= depth) {
+                self.last(origin, direction, &mut flight, &mut shadow, rng);
+                break;
+            }
+            let distance = match self.media.fly(origin, direction, true, &mut flight, rng) {
+                End::Scattered(distance) => distance,
+                End::Escaped => {
+                    flight.radiance += flight.weight * self.lights.environment;
+                    break;
+                }
+                End::Lost => break,
+            };
+            origin += direction * distance;
+            for lamp in &self.lights.lamps {
+                let light = self.scattered(lamp, origin, direction, &flight.scatterers, &mut shadow, rng);
+                flight.radiance += flight.weight * light;
+            }
+            let next = choose(&flight, rng);
+            let sampled = phase::sample(next, direction, rng);
+            flight.weight *= mixture(&flight, direction.dot(sampled));
+            direction = sampled;
+            if !flight.survives(rng) {
+                break;
+            }
+        }
+        flight.radiance
+    }
+
+    /// An estimate of the share of light that passes from `origin` over `distance` [m] in the unit `direction`.
+    pub fn transmittance(&self, origin: DVec3, direction: DVec3, distance: f64, rng: &mut Random) -> DVec3 {
+        self.media.transmittance(origin, direction, distance, &mut March::default(), rng)
+    }
+
+    /// The last flight of a path, which scatters no more: what glows on the way, and the environment behind it all.
+    fn last(&self, origin: DVec3, direction: DVec3, flight: &mut Flight, march: &mut March, rng: &mut Random) {
+        if self.lights.environment != DVec3::ZERO {
+            let share = self.media.transmittance(origin, direction, f64::INFINITY, march, rng);
+            flight.radiance += flight.weight * share * self.lights.environment;
+        }
+        if self.media.glows {
+            self.media.fly(origin, direction, false, flight, rng);
+        }
+    }
+
+    /// A lamp's light that arrives at `point` and is scattered against `direction` (that of the path), per unit of
+    /// weight [W·sr⁻¹·m⁻³].
+    fn scattered(
+        &self,
+        lamp: &Lamp,
+        point: DVec3,
+        direction: DVec3,
+        scatterers: &[Scatterer],
+        march: &mut March,
+        rng: &mut Random,
+    ) -> DVec3 {
+        let Some(arrival) = lamp.arrival(point) else { return DVec3::ZERO };
+        let cos_theta = -direction.dot(arrival.travel);
+        let scattering: DVec3 = scatterers.iter().map(|s| s.sigma_s * phase::pdf(s.phase, cos_theta)).sum();
+        let share = self.media.transmittance(point, -arrival.travel, arrival.distance, march, rng);
+        scattering * share * arrival.irradiance
+    }
+}
+
+/// The phase function of the medium that scatters, chosen with a probability in proportion to its part in the weight.
+fn choose(flight: &Flight, rng: &mut Random) -> tyndall_scene::description::Phase {
+    let parts = &flight.scatterers;
+    let mut rest = match parts.len() {
+        1 => return parts[0].phase,
+        _ => rng.uniform() * parts.iter().map(|part| flight.weight.dot(part.sigma_s)).sum::<f64>(),
+    };
+    for part in parts {
+        rest -= flight.weight.dot(part.sigma_s);
+        if rest < 0.0 {
+            return part.phase;
+        }
+    }
+    parts[parts.len() - 1].phase
+}
+
+/// Σ σ_s·p over the media, divided by the density with which [`choose`] and sampling give that angle [m⁻¹].
+fn mixture(flight: &Flight, cos_theta: f64) -> DVec3 {
+    if let [only] = &flight.scatterers[..] {
+        return only.sigma_s;
+    }
+    let (mut scattering, mut density, mut total) = (DVec3::ZERO, 0.0, 0.0);
+    for part in &flight.scatterers {
+        let pdf = phase::pdf(part.phase, cos_theta);
+        let share = flight.weight.dot(part.sigma_s);
+        scattering += part.sigma_s * pdf;
+        density += share * pdf;
+        total += share;
+    }
+    scattering * (total / density)
+}

@@ -1,0 +1,127 @@
+//! The simplest path tracer for participating media that is right, on a page. [`crate::Tracer`] must agree with it.
+//!
+//! One majorant for all the world [Woodcock65], one colour channel a path, absorption by chance, no weights, no cells:
+//! slow, noisy, and easy to check by reading. It shares with the tracer the lights, the phase functions and the random
+//! numbers, each of which has tests of its own.
+
+use glam::{DVec3, Vec3};
+use tyndall_scene::description::{Coefficients, Optics, Phase};
+use tyndall_scene::{Field, Volume, World};
+
+use crate::light::Lights;
+use crate::{Random, phase};
+
+/// A world, a majorant of its extinction, and a ball around its media.
+pub struct Simple<'a> {
+    world: &'a World,
+    lights: Lights,
+    majorant: f64,
+    center: DVec3,
+    radius: f64,
+}
+
+impl<'a> Simple<'a> {
+    /// Finds majorant and ball.
+    pub fn new(world: &'a World) -> Self {
+        let corners = world.volumes.iter().flat_map(|volume| {
+            let corner = |i: u32| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32);
+            (0..8).map(move |i| volume.world_from_unit.transform_point3(corner(i)).as_dvec3())
+        });
+        let center = corners.clone().sum::<DVec3>() / corners.clone().count().max(1) as f64;
+        let radius = corners.map(|corner| corner.distance(center)).fold(0.0, f64::max) * 1.001;
+        // The second term is for media that glow but do not absorb: they too must collide.
+        let majorant = world.volumes.iter().map(highest).sum::<f64>() + 1.0 / radius;
+        Self { world, lights: Lights::new(&world.scene), majorant, center, radius }
+    }
+
+    /// An estimate of the radiance [W·sr⁻¹·m⁻²] that arrives at `origin` [m] from the unit `direction`, of light scattered
+    /// at most `depth` times.
+    pub fn radiance(&self, origin: DVec3, direction: DVec3, depth: Option<u32>, rng: &mut Random) -> DVec3 {
+        let channel = (3.0 * rng.uniform()) as usize;
+        let (mut origin, mut direction, mut scatterings, mut radiance) = (origin, direction, 0, 0.0);
+        loop {
+            let Some(point) = self.collision(origin, direction, f64::INFINITY, rng) else {
+                radiance += self.lights.environment[channel];
+                break;
+            };
+            let here = self.coefficients(point);
+            let sum =
+                |of: fn(&Coefficients) -> Vec3| -> f64 { here.iter().map(|(c, _)| f64::from(of(c)[channel])).sum() };
+            let (sigma_s, sigma_a, emission) = (sum(|c| c.sigma_s), sum(|c| c.sigma_a), sum(|c| c.emission));
+            radiance += emission / self.majorant;
+            let event = rng.uniform() * self.majorant;
+            origin = point;
+            if event < sigma_a {
+                break;
+            } else if event < sigma_a + sigma_s {
+                scatterings += 1;
+                if depth.is_some_and(|depth| scatterings > depth) {
+                    break;
+                }
+                for arrival in self.lights.lamps.iter().filter_map(|lamp| lamp.arrival(point)) {
+                    let cos_theta = -direction.dot(arrival.travel);
+                    let pdf =
+                        |(c, p): &(Coefficients, Phase)| f64::from(c.sigma_s[channel]) * phase::pdf(*p, cos_theta);
+                    let scattered = here.iter().map(pdf).sum::<f64>() / sigma_s;
+                    let share = self.transmittance(point, -arrival.travel, arrival.distance, channel, rng);
+                    radiance += scattered * share * arrival.irradiance[channel];
+                }
+                let mut choice = rng.uniform() * sigma_s;
+                let chosen = here.iter().find(|(c, _)| {
+                    choice -= f64::from(c.sigma_s[channel]);
+                    choice < 0.0
+                });
+                direction = phase::sample(chosen.map_or(Phase::Isotropic, |(_, phase)| *phase), direction, rng);
+            }
+        }
+        // One channel of three was followed.
+        DVec3::AXES[channel] * (3.0 * radiance)
+    }
+
+    /// The share of light of a channel that passes over a distance: ratio tracking [Novak14].
+    fn transmittance(&self, from: DVec3, direction: DVec3, distance: f64, channel: usize, rng: &mut Random) -> f64 {
+        let (mut share, mut point, mut left) = (1.0, from, distance);
+        while let Some(next) = self.collision(point, direction, left, rng) {
+            let sigma_t: f64 = self.coefficients(next).iter().map(|(c, _)| f64::from(c.sigma_t()[channel])).sum();
+            share *= 1.0 - sigma_t / self.majorant;
+            left -= next.distance(point);
+            point = next;
+        }
+        share
+    }
+
+    /// The next tentative collision within a distance, or `None` beyond all media.
+    fn collision(&self, origin: DVec3, direction: DVec3, distance: f64, rng: &mut Random) -> Option<DVec3> {
+        let middle = (self.center - origin).dot(direction);
+        let miss = (origin + direction * middle).distance(self.center);
+        let half = (self.radius * self.radius - miss * miss).max(0.0).sqrt();
+        let t = (middle - half).max(0.0) + rng.exponential() / self.majorant;
+        (t < distance.min(middle + half)).then(|| origin + direction * t)
+    }
+
+    /// What each medium does at a point.
+    fn coefficients(&self, point: DVec3) -> Vec<(Coefficients, Phase)> {
+        let at = |volume: &Volume| {
+            let unit = volume.unit_from_world.transform_point3(point.as_vec3());
+            // Outside the box there is no medium, whatever a transfer function says of the value 0.
+            let inside = unit.cmpge(Vec3::ZERO).all() && unit.cmple(Vec3::ONE).all();
+            inside.then(|| (volume.optics.at(volume.field.value(unit)), volume.optics.phase()))
+        };
+        self.world.volumes.iter().filter_map(at).collect()
+    }
+}
+
+/// The highest extinction of a medium in any channel [m⁻¹].
+fn highest(volume: &Volume) -> f64 {
+    let sigma_t = |value: f32| f64::from(volume.optics.at(value).sigma_t().max_element());
+    match (&volume.optics, &volume.field) {
+        (Optics::Transfer(transfer), _) => transfer.stops.iter().map(|stop| sigma_t(stop.value)).fold(0.0, f64::max),
+        (_, Field::Homogeneous) => sigma_t(1.0),
+        (_, Field::Exponential { .. }) => sigma_t(volume.field.value(Vec3::ZERO)),
+        (_, Field::Grid(grid)) => {
+            let [x, y, z] = grid.dims;
+            let voxels = (0..z).flat_map(|k| (0..y).flat_map(move |j| (0..x).map(move |i| grid.value(i, j, k))));
+            sigma_t(voxels.fold(0.0, f32::max))
+        }
+    }
+}

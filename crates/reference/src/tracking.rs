@@ -1,0 +1,220 @@
+//! Free flight and transmittance through heterogeneous media, without bias: null-collision tracking.
+//!
+//! Where extinction is σ_t ≤ m, tentative collisions happen with density m [m⁻¹]; each is real with probability
+//! σ_t/m, else "null": the path goes on as if nothing had happened [Woodcock65]. Here m is the sum over the media of
+//! their majorants in the present cell.
+
+use glam::DVec3;
+use tyndall_scene::description::Phase;
+
+use crate::Random;
+use crate::march::March;
+use crate::medium::Medium;
+
+/// All media of a scene.
+pub(crate) struct Media {
+    pub media: Vec<Medium>,
+    /// Whether any of them scatters, and whether any glows.
+    pub scatters: bool,
+    pub glows: bool,
+}
+
+/// What a path carries from collision to collision.
+pub(crate) struct Flight {
+    /// What the light collected from here on counts.
+    pub weight: DVec3,
+    /// What has been collected [W·sr⁻¹·m⁻²].
+    pub radiance: DVec3,
+    /// Collisions left before the path is given up.
+    pub collisions: u32,
+    /// The scattering media at the last collision.
+    pub scatterers: Vec<Scatterer>,
+    march: March,
+}
+
+/// A medium that may have been the one that scattered.
+pub(crate) struct Scatterer {
+    pub sigma_s: DVec3,
+    pub phase: Phase,
+}
+
+/// How a flight ends.
+pub(crate) enum End {
+    /// Beyond all media.
+    Escaped,
+    /// Absorbed, or given up.
+    Lost,
+    /// Scattered after this distance [m]. The weight has been divided by density and probability of the event but not
+    /// yet multiplied by σ_s, which is among the scatterers.
+    Scattered(f64),
+}
+
+impl Flight {
+    /// Collisions after which a path is given up, so that every path ends. A path of a white half-space has more with
+    /// probability 1e-4, in other media it is never seen: what is lost is far below any noise.
+    const MOST_COLLISIONS: u32 = 1 << 26;
+
+    pub fn new() -> Self {
+        Self {
+            weight: DVec3::ONE,
+            radiance: DVec3::ZERO,
+            collisions: Self::MOST_COLLISIONS,
+            scatterers: Vec::new(),
+            march: March::default(),
+        }
+    }
+
+    /// Below this weight a path survives only with a probability in proportion to its weight.
+    const ROULETTE: f64 = 0.1;
+
+    /// Ends a path of little weight at random; the weight of those that survive makes up for the others. False where it
+    /// ends.
+    #[inline]
+    pub fn survives(&mut self, rng: &mut Random) -> bool {
+        let most = self.weight.max_element();
+        if most >= Self::ROULETTE {
+            return true;
+        }
+        if rng.uniform() * Self::ROULETTE >= most {
+            return false;
+        }
+        self.weight *= Self::ROULETTE / most;
+        true
+    }
+}
+
+impl Media {
+    /// Follows a path from `origin` to its next scattering, collecting emission on the way: spectral tracking, history
+    /// aware [Kutz17, §5.1.3]. At a tentative collision the weights of the channels decide between scattering and a null
+    /// collision; absorption is left to the weights.
+    /// With `scattering` false, scattered light counts as lost.
+    pub fn fly(&self, origin: DVec3, direction: DVec3, scattering: bool, flight: &mut Flight, rng: &mut Random) -> End {
+        let mut march = std::mem::take(&mut flight.march);
+        march.start(&self.media, origin, direction, f64::INFINITY);
+        let end = self.collide(&mut march, scattering, flight, rng);
+        flight.march = march;
+        end
+    }
+
+    fn collide(&self, march: &mut March, scattering: bool, flight: &mut Flight, rng: &mut Random) -> End {
+        let mut depth = rng.exponential();
+        while let Some((mut here, end)) = march.piece() {
+            let majorant = self.majorant(march);
+            loop {
+                let reach = majorant * (end - here);
+                if depth >= reach {
+                    depth -= reach;
+                    break;
+                }
+                here += depth / majorant;
+                depth = rng.exponential();
+                if flight.collisions == 0 {
+                    return End::Lost;
+                }
+                flight.collisions -= 1;
+
+                let (sigma_s, sigma_a) = self.look(march, here, majorant, flight);
+                let null = (DVec3::splat(majorant) - sigma_s - sigma_a).max(DVec3::ZERO);
+                let (real, passed) = (flight.weight.dot(sigma_s), flight.weight.dot(null));
+                if scattering && real > 0.0 {
+                    // P_s of [Kutz17 (32)].
+                    if rng.uniform() * (real + passed) < real {
+                        flight.weight *= (real + passed) / (majorant * real);
+                        return End::Scattered(here);
+                    }
+                    flight.weight *= null * ((real + passed) / (majorant * passed));
+                } else {
+                    flight.weight *= null / majorant;
+                }
+                if !flight.survives(rng) {
+                    return End::Lost;
+                }
+            }
+            march.advance(&self.media);
+        }
+        End::Escaped
+    }
+
+    /// Upper bound of the extinction of all media on the present piece, of any channel [m⁻¹].
+    #[inline]
+    fn majorant(&self, march: &March) -> f64 {
+        let mut majorant = 0.0;
+        for cursor in march.cursors().iter().filter(|cursor| cursor.occupied()) {
+            let medium = &self.media[cursor.medium];
+            majorant += (medium.steepest * cursor.range[1]).max(medium.least);
+        }
+        majorant
+    }
+
+    /// σ_s and σ_a at a tentative collision [m⁻¹]; emission is collected, and scatterers are listed.
+    #[inline]
+    fn look(&self, march: &March, distance: f64, majorant: f64, flight: &mut Flight) -> (DVec3, DVec3) {
+        let (mut sigma_s, mut sigma_a, mut emission) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
+        flight.scatterers.clear();
+        for cursor in march.cursors().iter().filter(|cursor| cursor.occupied()) {
+            let medium = &self.media[cursor.medium];
+            let local = medium.at(cursor.at(distance));
+            sigma_s += local.sigma_s;
+            sigma_a += local.sigma_a;
+            emission += local.emission;
+            if local.sigma_s != DVec3::ZERO {
+                flight.scatterers.push(Scatterer { sigma_s: local.sigma_s, phase: medium.phase });
+            }
+        }
+        flight.radiance += flight.weight * emission / majorant;
+        (sigma_s, sigma_a)
+    }
+
+    /// The transmittance over a distance [m] (infinite: to beyond all media): residual ratio tracking [Novak14]. What the
+    /// lower bound of a cell takes is known exactly; only what may come on top is left to chance.
+    ///
+    /// It is deterministic in a homogeneous medium, and its mean is the transmittance in every other.
+    pub fn transmittance(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        distance: f64,
+        march: &mut March,
+        rng: &mut Random,
+    ) -> DVec3 {
+        march.start(&self.media, origin, direction, distance);
+        let mut certain = DVec3::ZERO;
+        let mut ratio = DVec3::ONE;
+        let mut depth = rng.exponential();
+        while let Some((mut here, end)) = march.piece() {
+            let (mut floor, mut majorant) = (DVec3::ZERO, 0.0);
+            for cursor in march.cursors().iter().filter(|cursor| cursor.occupied()) {
+                let medium = &self.media[cursor.medium];
+                floor += medium.extinction * cursor.range[0];
+                majorant += medium.steepest * (cursor.range[1] - cursor.range[0]);
+            }
+            certain += floor * (end - here);
+            loop {
+                let reach = majorant * (end - here);
+                if depth >= reach {
+                    depth -= reach;
+                    break;
+                }
+                here += depth / majorant;
+                depth = rng.exponential();
+                let mut residual = DVec3::ZERO;
+                for cursor in march.cursors().iter().filter(|cursor| cursor.occupied()) {
+                    let medium = &self.media[cursor.medium];
+                    let above = medium.strength(cursor.at(here)) - cursor.range[0];
+                    residual += medium.extinction * above;
+                }
+                ratio *= (1.0 - residual / majorant).clamp(DVec3::ZERO, DVec3::ONE);
+                // Roulette, as for paths; what is certain counts too.
+                let most = (ratio * (-certain).exp()).max_element();
+                if most < Flight::ROULETTE {
+                    if rng.uniform() * Flight::ROULETTE >= most {
+                        return DVec3::ZERO;
+                    }
+                    ratio *= Flight::ROULETTE / most;
+                }
+            }
+            march.advance(&self.media);
+        }
+        ratio * (-certain).exp()
+    }
+}

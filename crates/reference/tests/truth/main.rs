@@ -1,0 +1,13 @@
+//! The tracer against closed forms and against itself. The comment above a test is its specification; every bound
+//! stands in `tolerance`.
+
+mod agreement;
+mod beer;
+mod furnace;
+mod half_space;
+mod phases;
+mod pictures;
+mod robust;
+mod single;
+mod tolerance;
+mod worlds;

@@ -1,0 +1,70 @@
+//! Worlds to test in.
+
+use std::sync::Arc;
+
+use glam::{DVec3, Mat4, Vec3};
+use tyndall_reference::{Random, Tracer};
+use tyndall_scene::description::{Light, Optics, Phase, Scene};
+use tyndall_scene::volume::{Grid, Voxels};
+use tyndall_scene::{Field, Volume, World};
+
+use crate::tolerance::Estimate;
+
+pub const PHASES: [Phase; 4] = [Phase::Isotropic, Phase::Rayleigh, Phase::Hg { g: 0.85 }, Phase::Hg { g: -0.5 }];
+
+pub fn optics(sigma_s: Vec3, sigma_a: Vec3, phase: Phase) -> Optics {
+    Optics::Coefficients { sigma_s, sigma_a, emission: Vec3::ZERO, phase }
+}
+
+pub fn grey(sigma_s: f32, sigma_a: f32, phase: Phase) -> Optics {
+    optics(Vec3::splat(sigma_s), Vec3::splat(sigma_a), phase)
+}
+
+pub fn volume(field: Field, min: Vec3, max: Vec3, optics: Optics) -> Volume {
+    moved(field, Mat4::from_translation(min) * Mat4::from_scale(max - min), optics)
+}
+
+pub fn moved(field: Field, world_from_unit: Mat4, optics: Optics) -> Volume {
+    Volume { name: "medium".into(), field, unit_from_world: world_from_unit.inverse(), world_from_unit, optics }
+}
+
+/// A homogeneous medium in [0,1]³.
+pub fn unit(optics: Optics) -> Volume {
+    volume(Field::Homogeneous, Vec3::ZERO, Vec3::ONE, optics)
+}
+
+pub fn world(volumes: Vec<Volume>, lights: Vec<Light>) -> World {
+    let lights = lights.into_iter().enumerate().map(|(i, light)| (format!("light{i}"), light)).collect();
+    World { scene: Scene { lights, ..Scene::default() }, volumes, hash: String::new() }
+}
+
+pub fn sky(radiance: f32) -> Light {
+    Light::Constant { radiance: Vec3::splat(radiance) }
+}
+
+pub fn grid(dims: [u32; 3], value: impl Fn(u32, u32, u32) -> f32) -> Field {
+    let [x, y, z] = dims;
+    let voxels = (0..z).flat_map(|k| (0..y).flat_map(move |j| (0..x).map(move |i| (i, j, k))));
+    let voxels = Voxels::F32(voxels.map(|(i, j, k)| value(i, j, k)).collect());
+    Field::Grid(Arc::new(Grid { dims, voxels, world_from_index: Mat4::IDENTITY }))
+}
+
+/// Voxels from 0 to 1 at random, a third of them empty.
+pub fn noise(dims: [u32; 3]) -> Field {
+    grid(dims, |i, j, k| {
+        let voxel = u64::from(i) + 1000 * (u64::from(j) + 1000 * u64::from(k));
+        (1.5 * Random::new(77, voxel, 0).uniform() - 0.5).max(0.0) as f32
+    })
+}
+
+/// Radiance of a ray, from `samples` paths.
+pub fn look(world: &World, origin: DVec3, direction: DVec3, depth: Option<u32>, samples: u32) -> Estimate {
+    let tracer = Tracer::new(world).unwrap();
+    Estimate::of(samples, 1, |rng| tracer.radiance(origin, direction.normalize(), depth, rng))
+}
+
+/// Transmittance of a ray, from `samples` flights.
+pub fn pass(world: &World, origin: DVec3, direction: DVec3, distance: f64, samples: u32) -> Estimate {
+    let tracer = Tracer::new(world).unwrap();
+    Estimate::of(samples, 1, |rng| tracer.transmittance(origin, direction.normalize(), distance, rng))
+}

@@ -1,0 +1,126 @@
+//! The order of a frame, readable as a recipe.
+
+use tyndall_scene::World;
+use tyndall_scene::description::Camera;
+
+use crate::display::Display;
+use crate::graph::{Graph, Tile};
+use crate::resident::{Resident, View};
+use crate::techniques::{Recording, chosen};
+use crate::{Gpu, RenderError};
+
+/// A frame of one world: passes recorded once, rendered as often as one likes. Rendering allocates nothing.
+pub struct Frame<'a> {
+    resident: Resident,
+    graph: Graph<'a>,
+    film: wgpu::Texture,
+    profiler: wgpu_profiler::GpuProfiler,
+    exposure: f32,
+    display: Option<(wgpu::TextureFormat, Display)>,
+}
+
+impl<'a> Frame<'a> {
+    /// Uploads the world and records the passes of the technique that its scene asks for.
+    ///
+    /// # Errors
+    /// What does not fit the device, settings that are not accepted, and passes that the device refuses.
+    pub async fn new(gpu: &'a Gpu, world: &World) -> Result<Self, RenderError> {
+        let (technique, settings) = chosen(&world.scene)?;
+        let resident = Resident::new(gpu, world).await?;
+        let film = film_texture(gpu, resident.film).await?;
+        let mut graph = Graph::new(gpu);
+        (technique.record)(Recording { graph: &mut graph, resident: &resident, settings: &settings, film: &film })
+            .await?;
+        let profiler = wgpu_profiler::GpuProfiler::new(&gpu.device, wgpu_profiler::GpuProfilerSettings::default())
+            .map_err(|error| RenderError::Pass { pass: "profiler".into(), message: error.to_string() })?;
+        Ok(Self { resident, graph, film, profiler, exposure: world.scene.film.exposure, display: None })
+    }
+
+    /// Radiance (rgb) and opacity (a) as last rendered, `Rgba32Float`, linear Rec. 709.
+    pub fn film(&self) -> &wgpu::Texture {
+        &self.film
+    }
+
+    /// Moves the camera; the next rendering shows it.
+    pub fn set_camera(&self, camera: &Camera) {
+        let view = View::new(camera, self.resident.film, self.resident.environment);
+        let mut bytes = encase::UniformBuffer::new([0u8; 80]);
+        bytes.write(&view).expect("a view is 80 bytes");
+        self.graph.gpu().queue.write_buffer(&self.resident.view, 0, &bytes.into_inner());
+    }
+
+    /// Appends the passes that fill the film to the encoder's commands.
+    pub fn render(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        let [width, height] = self.resident.film;
+        self.render_tile(encoder, Tile { origin: glam::UVec2::ZERO, size: glam::uvec2(width, height) });
+    }
+
+    /// As [`render`](Self::render), for a part of the film. One tile a submission: the tile is a uniform.
+    pub(crate) fn render_tile(&mut self, encoder: &mut wgpu::CommandEncoder, tile: Tile) {
+        self.graph.execute(encoder, tile, &self.profiler);
+        self.profiler.resolve_queries(encoder);
+    }
+
+    /// Appends a pass that shows the film, tone-mapped, on a texture of the caller's: of the film's size, and of any
+    /// format that can be drawn to.
+    ///
+    /// # Errors
+    /// A format that cannot be drawn to.
+    pub async fn show(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        target: &wgpu::Texture,
+    ) -> Result<(), RenderError> {
+        let format = target.format();
+        let display = match self.display.take() {
+            Some((same, display)) if same == format => display,
+            _ => Display::new(self.graph.gpu(), &self.film, format, self.exposure).await?,
+        };
+        display.draw(encoder, &target.create_view(&Default::default()), &self.profiler);
+        self.profiler.resolve_queries(encoder);
+        self.display = Some((format, display));
+        Ok(())
+    }
+
+    /// GPU times [s] of the passes submitted since the last call, by label, once the device has finished them. Empty on
+    /// a device without timestamps.
+    pub fn timings(&mut self) -> Vec<(String, f64)> {
+        let mut times = Vec::new();
+        if let Err(error) = self.profiler.end_frame() {
+            tracing::debug!("no pass times: {error}");
+            return times;
+        }
+        let period = self.graph.gpu().queue.get_timestamp_period();
+        if let Some(queries) = self.profiler.process_finished_frame(period) {
+            collect(&queries, &mut times);
+        }
+        times
+    }
+}
+
+fn collect(queries: &[wgpu_profiler::GpuTimerQueryResult], times: &mut Vec<(String, f64)>) {
+    for query in queries {
+        if query.nested_queries.is_empty()
+            && let Some(time) = &query.time
+        {
+            times.push((query.label.clone(), time.end - time.start));
+        }
+        collect(&query.nested_queries, times);
+    }
+}
+
+async fn film_texture(gpu: &Gpu, [width, height]: [u32; 2]) -> Result<wgpu::Texture, RenderError> {
+    gpu.texture(&wgpu::TextureDescriptor {
+        label: Some("film"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba32Float,
+        usage: wgpu::TextureUsages::STORAGE_BINDING
+            | wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    })
+    .await
+}

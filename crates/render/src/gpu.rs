@@ -1,0 +1,186 @@
+//! The device: chosen, opened, and watched.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, OnceLock};
+
+use crate::RenderError;
+
+/// What to install where there is no adapter.
+pub const INSTALL_HELP: &str = "\
+A driver for the graphics card is best; a CPU driver works too:
+  Debian, Ubuntu   sudo apt-get install mesa-vulkan-drivers
+  Fedora           sudo dnf install mesa-vulkan-drivers
+  Arch             sudo pacman -S vulkan-swrast
+  Alpine           sudo apk add mesa-vulkan-swrast
+  Windows          a CPU driver (WARP) is part of Windows 10 and later
+  macOS            Metal is part of macOS 10.14 and later";
+
+/// Which adapter to open.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum AdapterChoice {
+    /// The best there is: a discrete GPU before an integrated one before a virtual one before a CPU driver.
+    #[default]
+    Best,
+    /// A CPU driver.
+    Cpu,
+    /// The first whose name contains this text, ignoring case.
+    Named(String),
+}
+
+/// A device with its queue and the pipelines made for it so far.
+#[derive(Clone, Debug)]
+pub struct Gpu {
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    /// What the device runs on; `None` for a caller's own device.
+    pub adapter: Option<wgpu::AdapterInfo>,
+    pub(crate) pipelines: Arc<Mutex<HashMap<String, wgpu::ComputePipeline>>>,
+    lost: Arc<OnceLock<String>>,
+}
+
+/// Features that make pictures better where an adapter has them; nothing needs them.
+const WANTED: wgpu::Features = wgpu::Features::FLOAT32_FILTERABLE.union(wgpu::Features::TIMESTAMP_QUERY);
+
+/// All adapters, the best first.
+pub async fn adapters() -> Vec<wgpu::Adapter> {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    // An allocation that would take nearly all memory fails at once instead of taking the system down.
+    descriptor.memory_budget_thresholds.for_resource_creation = Some(95);
+    let instance = wgpu::Instance::new(descriptor);
+    let mut adapters = instance.enumerate_adapters(wgpu::Backends::PRIMARY).await;
+    adapters.sort_by_key(|adapter| match adapter.get_info().device_type {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    });
+    adapters
+}
+
+impl Gpu {
+    /// Opens a device of its own, with the adapter's limits.
+    ///
+    /// # Errors
+    /// No adapter, none of that name, or one that gives no device.
+    pub async fn open(choice: &AdapterChoice) -> Result<Self, RenderError> {
+        let adapters = adapters().await;
+        if adapters.is_empty() {
+            return Err(RenderError::NoAdapter);
+        }
+        let fits = |adapter: &&wgpu::Adapter| {
+            let info = adapter.get_info();
+            match choice {
+                AdapterChoice::Best => true,
+                AdapterChoice::Cpu => info.device_type == wgpu::DeviceType::Cpu,
+                AdapterChoice::Named(name) => info.name.to_lowercase().contains(&name.to_lowercase()),
+            }
+        };
+        let Some(adapter) = adapters.iter().find(fits) else {
+            let wanted = match choice {
+                AdapterChoice::Named(name) => name.clone(),
+                _ => "cpu".into(),
+            };
+            let available = adapters.iter().map(|adapter| adapter.get_info().name).collect();
+            return Err(RenderError::NoSuchAdapter { wanted, available });
+        };
+        let info = adapter.get_info();
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("tyndall"),
+            required_features: adapter.features() & WANTED,
+            required_limits: adapter.limits(),
+            ..Default::default()
+        };
+        let (device, queue) = adapter
+            .request_device(&descriptor)
+            .await
+            .map_err(|error| RenderError::NoDevice { adapter: info.name.clone(), reason: error.to_string() })?;
+        let gpu = Self { adapter: Some(info), ..Self::from_device(device, queue) };
+        gpu.watch();
+        Ok(gpu)
+    }
+
+    /// Uses a caller's own device. Its error and loss callbacks stay the caller's.
+    pub fn from_device(device: wgpu::Device, queue: wgpu::Queue) -> Self {
+        Self { device, queue, adapter: None, pipelines: Arc::default(), lost: Arc::default() }
+    }
+
+    /// The adapter and its driver, in one line.
+    pub fn name(&self) -> String {
+        self.adapter.as_ref().map_or_else(
+            || "the caller's device".into(),
+            |info| {
+                let driver = format!("{} {}", info.driver, info.driver_info);
+                format!("{} ({}, {})", info.name, info.backend, driver.trim())
+            },
+        )
+    }
+
+    fn watch(&self) {
+        let lost = self.lost.clone();
+        self.device.set_device_lost_callback(move |reason, message| {
+            if reason != wgpu::DeviceLostReason::Destroyed {
+                let _ = lost.set(format!("{reason:?}: {message}"));
+            }
+        });
+        let lost = self.lost.clone();
+        self.device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            tracing::error!("{error}");
+            let _ = lost.set(error.to_string());
+        }));
+    }
+
+    /// An error where the device was lost, or failed outside of any check, since it was opened.
+    pub(crate) fn alive(&self) -> Result<(), RenderError> {
+        match self.lost.get() {
+            Some(reason) => Err(RenderError::DeviceLost { reason: reason.clone() }),
+            None => Ok(()),
+        }
+    }
+
+    /// Lets the device work until it has finished what was submitted. In a browser the event loop does this.
+    pub(crate) fn wait(&self) -> Result<(), RenderError> {
+        if cfg!(not(target_arch = "wasm32")) {
+            self.device
+                .poll(wgpu::PollType::wait_indefinitely())
+                .map_err(|error| RenderError::DeviceLost { reason: error.to_string() })?;
+        }
+        self.alive()
+    }
+
+    /// Makes a texture; a lack of memory is an error that says what did not fit.
+    pub(crate) async fn texture(&self, descriptor: &wgpu::TextureDescriptor<'_>) -> Result<wgpu::Texture, RenderError> {
+        let scope = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let texture = self.device.create_texture(descriptor);
+        match scope.pop().await {
+            None => Ok(texture),
+            Some(error) => Err(RenderError::OutOfMemory {
+                what: descriptor.label.unwrap_or("a texture").into(),
+                bytes: texel_count(descriptor.size) * u64::from(descriptor.format.block_copy_size(None).unwrap_or(4)),
+                reason: error.to_string(),
+            }),
+        }
+    }
+
+    /// Makes a buffer that holds an encase value.
+    pub(crate) fn buffer<T>(&self, label: &str, usage: wgpu::BufferUsages, value: &T) -> wgpu::Buffer
+    where
+        T: encase::ShaderType + encase::internal::WriteInto,
+    {
+        let mut bytes = encase::StorageBuffer::new(Vec::new());
+        bytes.write(value).expect("a Vec grows as it must");
+        let bytes = bytes.into_inner();
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: bytes.len() as u64,
+            usage: usage | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        self.queue.write_buffer(&buffer, 0, &bytes);
+        buffer
+    }
+}
+
+fn texel_count(size: wgpu::Extent3d) -> u64 {
+    u64::from(size.width) * u64::from(size.height) * u64::from(size.depth_or_array_layers)
+}

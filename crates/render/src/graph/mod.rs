@@ -1,0 +1,165 @@
+//! A frame is a list of passes, recorded once and executed as often as one likes.
+//!
+//! A pass names its resources as its shader does:
+//! `graph.compute("march", &MARCH).uniform("view", &view).write("film", &film).over_film(size).await?`.
+//! The names are checked against the shader's own reflection, so a pass that forgets, invents or confuses a binding is
+//! an error that names pass and binding. Recording makes pipelines and bind groups; executing allocates nothing.
+
+mod bindings;
+mod shader;
+
+pub use bindings::{BindingError, Bindings, Resource};
+pub(crate) use shader::shader;
+pub use shader::{BindingKind, Reflected, Reflection, Shader};
+
+use crate::{Gpu, RenderError};
+
+/// A rectangle of the film, in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, encase::ShaderType)]
+pub struct Tile {
+    /// Its top left pixel.
+    pub origin: glam::UVec2,
+    /// Its width and height.
+    pub size: glam::UVec2,
+}
+
+/// A list of passes.
+#[derive(Debug)]
+pub struct Graph<'a> {
+    gpu: &'a Gpu,
+    passes: Vec<Pass>,
+    tile: wgpu::Buffer,
+}
+
+#[derive(Debug)]
+struct Pass {
+    name: &'static str,
+    pipeline: wgpu::ComputePipeline,
+    bind_group: wgpu::BindGroup,
+    workgroup: [u32; 3],
+}
+
+impl<'a> Graph<'a> {
+    /// An empty list.
+    pub fn new(gpu: &'a Gpu) -> Self {
+        let tile = gpu.buffer(
+            "tile",
+            wgpu::BufferUsages::UNIFORM,
+            &Tile { origin: glam::UVec2::ZERO, size: glam::UVec2::ZERO },
+        );
+        Self { gpu, passes: Vec::new(), tile }
+    }
+
+    /// The device that the passes run on.
+    pub fn gpu(&self) -> &'a Gpu {
+        self.gpu
+    }
+
+    /// The uniform that tells a pass over the film which part of it a dispatch covers.
+    pub fn tile(&self) -> wgpu::Buffer {
+        self.tile.clone()
+    }
+
+    /// Begins to declare a compute pass.
+    pub fn compute<'g>(&'g mut self, name: &'static str, shader: &'static Shader) -> ComputePass<'g, 'a> {
+        ComputePass { graph: self, name, shader, bindings: Bindings::default(), constants: Vec::new() }
+    }
+
+    /// Appends every pass to the encoder's commands, each with its GPU time, for one tile of the film.
+    pub fn execute(&self, encoder: &mut wgpu::CommandEncoder, tile: Tile, profiler: &wgpu_profiler::GpuProfiler) {
+        let mut bytes = encase::UniformBuffer::new([0u8; 16]);
+        bytes.write(&tile).expect("a tile is 16 bytes");
+        self.gpu.queue.write_buffer(&self.tile, 0, &bytes.into_inner());
+        let mut scope = profiler.scope("frame", encoder);
+        for pass in &self.passes {
+            let mut recorded = scope.scoped_compute_pass(pass.name);
+            recorded.set_pipeline(&pass.pipeline);
+            recorded.set_bind_group(0, &pass.bind_group, &[]);
+            let [x, y, _] = pass.workgroup;
+            recorded.dispatch_workgroups(tile.size.x.div_ceil(x), tile.size.y.div_ceil(y), 1);
+        }
+    }
+}
+
+/// A compute pass being declared.
+#[must_use = "a pass is recorded by `over_film`"]
+pub struct ComputePass<'g, 'a> {
+    graph: &'g mut Graph<'a>,
+    name: &'static str,
+    shader: &'static Shader,
+    bindings: Bindings,
+    constants: Vec<(&'static str, f64)>,
+}
+
+impl ComputePass<'_, '_> {
+    /// Specialises the shader: the value of one of its `override`s.
+    pub fn constant(mut self, name: &'static str, value: impl Into<f64>) -> Self {
+        self.constants.push((name, value.into()));
+        self
+    }
+
+    /// A uniform buffer.
+    pub fn uniform(mut self, name: &'static str, buffer: &wgpu::Buffer) -> Self {
+        self.bindings.uniform(name, buffer);
+        self
+    }
+
+    /// A buffer, texture or sampler that the pass reads.
+    pub fn read<'r>(mut self, name: &'static str, resource: impl Into<Resource<'r>>) -> Self {
+        self.bindings.read(name, resource.into());
+        self
+    }
+
+    /// A buffer or texture that the pass writes.
+    pub fn write<'r>(mut self, name: &'static str, resource: impl Into<Resource<'r>>) -> Self {
+        self.bindings.write(name, resource.into());
+        self
+    }
+
+    /// Records the pass, one invocation a pixel of each tile executed.
+    ///
+    /// # Errors
+    /// Names that do not match the shader's, and whatever the device refuses.
+    pub async fn over_film(self) -> Result<(), RenderError> {
+        let Self { graph, name, shader, bindings, constants } = self;
+        let reflection = shader.reflect()?;
+        bindings.check(name, &reflection)?;
+        let workgroup = reflection.workgroup.ok_or(BindingError::NoEntryPoint { pass: name, shader: shader.name })?;
+        let gpu = graph.gpu;
+        let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let pipeline = compute_pipeline(gpu, name, shader, &constants);
+        let bind_group = bindings.group(gpu, name, &pipeline.get_bind_group_layout(0), &reflection);
+        if let Some(error) = scope.pop().await {
+            return Err(RenderError::Pass { pass: name.into(), message: error.to_string() });
+        }
+        graph.passes.push(Pass { name, pipeline, bind_group, workgroup });
+        Ok(())
+    }
+}
+
+/// The pipeline of a shader with these constants, from the device's cache or made now.
+fn compute_pipeline(
+    gpu: &Gpu,
+    pass: &str,
+    shader: &Shader,
+    constants: &[(&'static str, f64)],
+) -> wgpu::ComputePipeline {
+    let key = format!("{} {constants:?}", shader.name);
+    let mut cache = gpu.pipelines.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let made = cache.entry(key).or_insert_with(|| {
+        tracing::debug!(pass, shader = shader.name, ?constants, "compiling a pipeline");
+        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(shader.name),
+            source: wgpu::ShaderSource::Wgsl(shader.source.into()),
+        });
+        gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(pass),
+            layout: None,
+            module: &module,
+            entry_point: None,
+            compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+            cache: None,
+        })
+    });
+    made.clone()
+}

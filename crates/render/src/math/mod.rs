@@ -1,0 +1,4 @@
+//! Functions that shaders share (`*.wesl`), each beside its Rust twin.
+
+pub mod phase;
+pub mod ray;

@@ -1,0 +1,80 @@
+//! A world as the GPU holds it: textures and buffers that techniques read.
+
+mod light;
+mod view;
+mod volume;
+
+use tyndall_scene::World;
+
+pub use light::Light;
+pub use view::View;
+pub use volume::{MAX_VOLUMES, Volume, VolumeArray};
+
+use crate::{Gpu, RenderError};
+
+/// A world on the device. It keeps no voxels on the host: the [`World`] may be dropped.
+#[derive(Debug)]
+pub struct Resident {
+    /// The camera and the film, as a uniform.
+    pub view: wgpu::Buffer,
+    /// [`VolumeArray`], as a uniform.
+    pub volumes: wgpu::Buffer,
+    /// A 3D texture a volume; volumes without voxels, and places without a volume, have a texture of one voxel.
+    pub grids: Vec<wgpu::Texture>,
+    /// Transfer functions, a row a volume: colour (radiance of an opaque body) and extinction [m⁻¹].
+    pub transfers: wgpu::Texture,
+    /// Trilinear, clamped to the edge.
+    pub linear: wgpu::Sampler,
+    /// What pipelines can be specialised for.
+    pub traits: volume::Traits,
+    /// Lights but the environment, for techniques to extend and upload.
+    pub lights: Vec<Light>,
+    /// Radiance of the constant environment [W·sr⁻¹·m⁻²].
+    pub environment: glam::Vec3,
+    /// The shortest edge of a voxel in the world [m]; where no volume has voxels, 1/64 of the shortest edge of a
+    /// volume. 1 for a world without volumes.
+    pub voxel: f32,
+    /// The film's size in pixels.
+    pub film: [u32; 2],
+}
+
+impl Resident {
+    /// Uploads a world, after checking that it fits.
+    ///
+    /// # Errors
+    /// More volumes, larger volumes or a larger film than the device can hold, and memory that runs out.
+    pub async fn new(gpu: &Gpu, world: &World) -> Result<Self, RenderError> {
+        let film = world.scene.film.size;
+        let limits = gpu.device.limits();
+        let side = film[0].max(film[1]);
+        if side > limits.max_texture_dimension_2d {
+            return Err(RenderError::Limit {
+                what: "film.size".into(),
+                found: format!("{} x {}", film[0], film[1]),
+                limit: format!("{} pixels a side", limits.max_texture_dimension_2d),
+                advice: "Render a smaller picture.".into(),
+            });
+        }
+        volume::check(gpu, &world.volumes)?;
+        let (lights, environment) = light::encode(&world.scene.lights);
+        let view = View::new(&world.scene.camera, film, environment);
+        let uploaded = volume::upload(gpu, &world.volumes).await?;
+        Ok(Self {
+            view: gpu.buffer("view", wgpu::BufferUsages::UNIFORM, &view),
+            volumes: gpu.buffer("volumes", wgpu::BufferUsages::UNIFORM, &VolumeArray::new(&world.volumes)),
+            grids: uploaded.grids,
+            transfers: uploaded.transfers,
+            linear: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("linear"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                ..Default::default()
+            }),
+            traits: volume::Traits::of(&world.volumes),
+            lights,
+            environment,
+            voxel: volume::voxel_size(&world.volumes),
+            film,
+        })
+    }
+}

@@ -1,0 +1,64 @@
+//! Techniques: a folder each, and a line here.
+
+pub mod march;
+
+use std::pin::Pin;
+
+use tyndall_scene::parameter::{Parameter, Settings};
+
+use crate::graph::Graph;
+use crate::resident::Resident;
+use crate::RenderError;
+
+/// Every technique, the default first.
+pub const TECHNIQUES: &[Technique] = &[march::TECHNIQUE];
+
+/// What a technique declares of itself.
+#[derive(Clone, Copy)]
+pub struct Technique {
+    /// Its name in scene files.
+    pub name: &'static str,
+    /// One line of help.
+    pub summary: &'static str,
+    /// Its parameters; scene files, `--set`, `tyndall info` and documentation are driven by them.
+    pub parameters: &'static [Parameter],
+    /// Records the passes that fill the film: radiance (rgb) and opacity (a), `Rgba32Float`.
+    pub record: for<'r> fn(Recording<'r, '_>) -> Recorded<'r>,
+}
+
+/// What a technique records into, and from what.
+pub struct Recording<'r, 'a> {
+    /// The list of passes.
+    pub graph: &'r mut Graph<'a>,
+    /// The world on the device.
+    pub resident: &'r Resident,
+    /// The parameters' values.
+    pub settings: &'r Settings,
+    /// The texture to fill.
+    pub film: &'r wgpu::Texture,
+}
+
+/// A recording in progress; it waits for the device's verdict on each pass.
+pub type Recorded<'r> = Pin<Box<dyn Future<Output = Result<(), RenderError>> + 'r>>;
+
+/// The technique that a scene asks for (the default where it names none) with its settings.
+///
+/// # Errors
+/// A technique that is not there, more than one, and settings that it does not accept.
+pub fn chosen(scene: &tyndall_scene::Scene) -> Result<(&'static Technique, Settings), RenderError> {
+    let names = || TECHNIQUES.iter().map(|technique| technique.name).collect::<Vec<_>>().join(", ");
+    let mut asked = scene.techniques.iter();
+    let (name, given) = match asked.next() {
+        Some((name, given)) => (name.as_str(), Some(given)),
+        None => (TECHNIQUES[0].name, None),
+    };
+    let technique = TECHNIQUES.iter().find(|technique| technique.name == name);
+    match (technique, asked.next()) {
+        (Some(technique), None) => Ok((technique, Settings::new(name, technique.parameters, given)?)),
+        (Some(_), Some((second, _))) => Err(RenderError::NoSuchTechnique {
+            found: second.clone(),
+            accepted: format!("one technique (the scene also has {name})"),
+        }),
+        (None, _) => Err(RenderError::NoSuchTechnique { found: name.into(), accepted: names() }),
+    }
+}

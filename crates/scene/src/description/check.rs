@@ -1,0 +1,59 @@
+//! What holds between a scene's fields, which no field can check alone.
+
+use super::{Density, Light, Optics, Scene};
+use crate::FieldError;
+
+impl Scene {
+    /// Checks what serde cannot: relations between fields. Parsing a [`crate::Document`] does this; a scene built in
+    /// code is checked when it is loaded.
+    ///
+    /// # Errors
+    /// The first field that contradicts another, with its path.
+    pub fn check(&self) -> Result<(), FieldError> {
+        if self.camera.frame().is_none() {
+            let found = format!("{:?}, seen from {:?}", self.camera.target, self.camera.position);
+            return invalid("camera.target", found, "a point apart from `position`, not straight along `up`");
+        }
+        for (name, light) in &self.lights {
+            if let Light::Spot { inner_angle, outer_angle, .. } = light
+                && inner_angle >= outer_angle
+            {
+                let found = format!("{inner_angle} with outer_angle = {outer_angle}");
+                return invalid(&format!("lights.{name}.spot.inner_angle"), found, "an angle less than outer_angle");
+            }
+        }
+        for (name, medium) in &self.media {
+            match &medium.density {
+                Density::Homogeneous { min, max } if min.cmpge(*max).any() => {
+                    return empty_box(&format!("media.{name}.density.homogeneous.max"), *min, *max);
+                }
+                Density::Exponential { min, max, .. } if min.cmpge(*max).any() => {
+                    return empty_box(&format!("media.{name}.density.exponential.max"), *min, *max);
+                }
+                _ => {}
+            }
+            if let Optics::Transfer(transfer) = &medium.optics {
+                let path = format!("media.{name}.optics.transfer.stops");
+                if transfer.stops.is_empty() {
+                    return invalid(&path, "none".into(), "at least one stop");
+                }
+                for (i, pair) in transfer.stops.windows(2).enumerate() {
+                    if pair[0].value >= pair[1].value {
+                        let found = format!("{} after {}", pair[1].value, pair[0].value);
+                        return invalid(&format!("{path}.{}.value", i + 1), found, "values in ascending order");
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn empty_box(path: &str, min: glam::Vec3, max: glam::Vec3) -> Result<(), FieldError> {
+    let found = format!("{:?} with min = {:?}", max.to_array(), min.to_array());
+    invalid(path, found, "a corner above `min` on every axis")
+}
+
+fn invalid(path: &str, found: String, accepted: &str) -> Result<(), FieldError> {
+    Err(FieldError { path: path.into(), found, accepted: accepted.into() })
+}

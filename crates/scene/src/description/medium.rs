@@ -1,0 +1,235 @@
+use glam::{EulerRot, Mat4, Quat, Vec3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::quantity::{Finite, Fraction, MeanCosine, Positive, Rgb, Scale, Vector};
+
+/// A participating medium: a density in space, and what a unit of it does to light.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Medium {
+    /// Where the medium is, and how dense.
+    pub density: Density,
+    /// What it does to light.
+    pub optics: Optics,
+    /// Moves the density's own space into the world.
+    #[serde(default)]
+    pub transform: Transform,
+}
+
+/// A scalar field within a box; outside the box it is 0. Negative values count as 0 density.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Density {
+    /// 1 everywhere in the box.
+    Homogeneous {
+        /// The box's lowest corner [m].
+        #[serde(with = "Vector")]
+        min: Vec3,
+        /// The box's highest corner [m].
+        #[serde(with = "Vector")]
+        max: Vec3,
+    },
+    /// exp(−(y − base)/scale_height): fog that thins with height.
+    Exponential {
+        /// The box's lowest corner [m].
+        #[serde(with = "Vector")]
+        min: Vec3,
+        /// The box's highest corner [m].
+        #[serde(with = "Vector")]
+        max: Vec3,
+        /// The height y at which the density is 1 [m].
+        #[serde(with = "Finite", default)]
+        base: f32,
+        /// The height over which the density falls by e [m].
+        #[serde(with = "Positive")]
+        scale_height: f32,
+    },
+    /// Voxels from a file (OpenVDB `.vdb`, NIfTI `.nii` or `.nii.gz`), interpolated trilinearly. The file's own
+    /// transform applies, then the medium's; NIfTI space is right-anterior-superior, its millimetres become metres.
+    Grid {
+        /// Path relative to the scene file.
+        file: String,
+        /// Which grid of a `.vdb` file; may be left out where there is only one.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        name: Option<String>,
+    },
+}
+
+/// What a medium does to light.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Optics {
+    /// Coefficients per unit density.
+    Coefficients {
+        /// Scattering coefficient σ_s [m⁻¹ per unit density].
+        #[serde(with = "Rgb", default)]
+        sigma_s: Vec3,
+        /// Absorption coefficient σ_a [m⁻¹ per unit density].
+        #[serde(with = "Rgb", default)]
+        sigma_a: Vec3,
+        /// Emitted radiance per length [W·sr⁻¹·m⁻³ per unit density].
+        #[serde(with = "Rgb", default)]
+        emission: Vec3,
+        /// Where scattered light goes.
+        #[serde(default)]
+        phase: Phase,
+    },
+    /// A transfer function: the density's value is data (a CT number, a temperature), mapped to colour and opacity.
+    Transfer(Transfer),
+}
+
+/// What a medium does to light at one point.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Coefficients {
+    /// Scattering coefficient σ_s [m⁻¹].
+    pub sigma_s: Vec3,
+    /// Absorption coefficient σ_a [m⁻¹].
+    pub sigma_a: Vec3,
+    /// Emitted radiance per length [W·sr⁻¹·m⁻³].
+    pub emission: Vec3,
+}
+
+impl Coefficients {
+    /// Extinction coefficient σ_t = σ_s + σ_a [m⁻¹].
+    pub fn sigma_t(&self) -> Vec3 {
+        self.sigma_s + self.sigma_a
+    }
+}
+
+impl Optics {
+    /// The coefficients where the density has this value.
+    pub fn at(&self, value: f32) -> Coefficients {
+        match self {
+            Optics::Coefficients { sigma_s, sigma_a, emission, .. } => {
+                let density = value.max(0.0);
+                Coefficients {
+                    sigma_s: sigma_s * density,
+                    sigma_a: sigma_a * density,
+                    emission: emission * density,
+                }
+            }
+            Optics::Transfer(transfer) => {
+                let Stop { opacity, color, .. } = transfer.stop(value);
+                let sigma_a = -(-opacity.min(Stop::MAX_OPACITY)).ln_1p() / transfer.unit_length;
+                Coefficients {
+                    sigma_s: Vec3::ZERO,
+                    sigma_a: Vec3::splat(sigma_a),
+                    emission: color * (transfer.radiance * sigma_a),
+                }
+            }
+        }
+    }
+
+    /// The phase function; isotropic for a transfer function, which does not scatter.
+    pub fn phase(&self) -> Phase {
+        match self {
+            Optics::Coefficients { phase, .. } => *phase,
+            Optics::Transfer(_) => Phase::Isotropic,
+        }
+    }
+}
+
+/// Piecewise-linear colour and opacity over the data's value, as in the emission–absorption model of scientific
+/// visualisation: σ_a(v) = −ln(1 − opacity(v))/unit_length, emission = color(v)·radiance·σ_a, no scattering.
+/// Values before the first and after the last stop take that stop's.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Transfer {
+    /// The length over which `opacity` is what the function says [m].
+    #[serde(with = "Positive")]
+    pub unit_length: f32,
+    /// Radiance of an opaque body of colour 1 [W·sr⁻¹·m⁻²].
+    #[serde(with = "Positive", default = "one")]
+    pub radiance: f32,
+    /// Stops in order of value, at least one.
+    pub stops: Vec<Stop>,
+}
+
+impl Transfer {
+    /// The function's colour and opacity at `value`.
+    pub fn stop(&self, value: f32) -> Stop {
+        let after = self.stops.partition_point(|stop| stop.value <= value);
+        let (Some(a), Some(b)) = (self.stops.get(after.wrapping_sub(1)), self.stops.get(after)) else {
+            let end = if after == 0 { self.stops.first() } else { self.stops.last() };
+            return end.copied().unwrap_or(Stop { value, opacity: 0.0, color: Vec3::ZERO });
+        };
+        let t = (value - a.value) / (b.value - a.value);
+        Stop { value, opacity: a.opacity + t * (b.opacity - a.opacity), color: a.color.lerp(b.color, t) }
+    }
+}
+
+fn one() -> f32 {
+    1.0
+}
+
+/// One stop of a transfer function.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Stop {
+    /// The data's value.
+    #[serde(with = "Finite")]
+    pub value: f32,
+    /// Opacity over `unit_length`, 0 to 1; 1 would be an infinite extinction and counts as [`Stop::MAX_OPACITY`].
+    #[serde(with = "Fraction")]
+    pub opacity: f32,
+    /// Colour, linear Rec. 709.
+    #[serde(with = "Rgb")]
+    pub color: Vec3,
+}
+
+impl Stop {
+    /// The highest opacity that still has a finite extinction.
+    pub const MAX_OPACITY: f32 = 0.9999;
+}
+
+/// A phase function, normalised over the sphere [sr⁻¹]; θ is the angle between the directions of travel before and
+/// after scattering.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Phase {
+    /// 1/(4π).
+    #[default]
+    Isotropic,
+    /// 3/(16π)·(1 + cos²θ): particles much smaller than the wavelength.
+    Rayleigh,
+    /// Henyey–Greenstein, (1 − g²)/(4π(1 + g² − 2g cosθ)^{3/2}): forward for g > 0.
+    Hg {
+        /// Mean cosine of θ.
+        #[serde(with = "MeanCosine")]
+        g: f32,
+    },
+}
+
+/// Scale, then rotate, then translate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Transform {
+    /// Scale factors.
+    #[serde(with = "Scale", default = "ones")]
+    pub scale: Vec3,
+    /// Rotation about the x, then the y, then the z axis [degrees].
+    #[serde(with = "Vector", default)]
+    pub rotate: Vec3,
+    /// Displacement [m].
+    #[serde(with = "Vector", default)]
+    pub translate: Vec3,
+}
+
+fn ones() -> Vec3 {
+    Vec3::ONE
+}
+
+impl Default for Transform {
+    fn default() -> Self {
+        Self { scale: ones(), rotate: Vec3::ZERO, translate: Vec3::ZERO }
+    }
+}
+
+impl Transform {
+    /// The matrix that maps the medium's space to the world.
+    pub fn matrix(&self) -> Mat4 {
+        let [x, y, z] = self.rotate.to_array().map(f32::to_radians);
+        Mat4::from_scale_rotation_translation(self.scale, Quat::from_euler(EulerRot::ZYX, z, y, x), self.translate)
+    }
+}

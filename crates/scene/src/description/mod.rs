@@ -1,0 +1,49 @@
+//! The scene description: what a scene file says, with units, before any asset is read.
+//!
+//! Files are TOML, or JSON of the same schema. Every struct refuses unknown fields and every number is checked as it
+//! is read ([`quantity`]), so an error always knows its line. Lengths are metres, radiances W·sr⁻¹·m⁻², angles in
+//! files degrees; y is up and the world is right-handed.
+
+mod camera;
+mod check;
+mod light;
+mod medium;
+pub mod quantity;
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub use camera::{Camera, Film};
+pub use light::Light;
+pub use medium::{Coefficients, Density, Medium, Optics, Phase, Stop, Transfer, Transform};
+
+use crate::parameter::Value;
+
+/// A scene: everything a picture depends on, as a file states it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Where the picture is taken from.
+    pub camera: Camera,
+    /// The picture's size and exposure.
+    #[serde(default)]
+    pub film: Film,
+    /// Light sources by name.
+    #[serde(default)]
+    pub lights: BTreeMap<String, Light>,
+    /// Participating media by name; where several overlap, their coefficients add.
+    #[serde(default)]
+    pub media: BTreeMap<String, Medium>,
+    /// Settings of rendering techniques, by technique and parameter name; what is absent keeps its default.
+    #[serde(default)]
+    pub techniques: BTreeMap<String, BTreeMap<String, Value>>,
+}
+
+impl Scene {
+    /// The JSON Schema of scene files.
+    pub fn schema() -> schemars::Schema {
+        schemars::schema_for!(Scene)
+    }
+}

@@ -1,0 +1,230 @@
+//! Numbers as scene files accept them: each kind is a serde adapter (`#[serde(with = "Positive")]`) that refuses what
+//! is out of range with a message stating what is accepted, and gives the JSON Schema the same bounds.
+
+use std::borrow::Cow;
+
+use glam::Vec3;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::{self, Deserializer, Visitor};
+use serde::{Deserialize, Serialize, Serializer};
+
+/// Declares a scalar kind: its name, what is accepted in words, the test, and the schema's bounds.
+macro_rules! scalar {
+    ($(#[$doc:meta])* $name:ident, $accepted:literal, $test:expr, { $($bound:tt)* }) => {
+        $(#[$doc])*
+        pub struct $name;
+
+        impl $name {
+            /// Reads the number, or says what was found and what is accepted.
+            pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f32, D::Error> {
+                let value = deserializer.deserialize_any(Number($accepted))? as f32;
+                let test: fn(f32) -> bool = $test;
+                if value.is_finite() && test(value) {
+                    return Ok(value);
+                }
+                Err(de::Error::invalid_value(de::Unexpected::Float(value as f64), &$accepted))
+            }
+
+            /// Writes the number.
+            pub fn serialize<S: Serializer>(value: &f32, serializer: S) -> Result<S::Ok, S::Error> {
+                value.serialize(serializer)
+            }
+        }
+
+        impl JsonSchema for $name {
+            fn schema_name() -> Cow<'static, str> {
+                stringify!($name).into()
+            }
+            fn json_schema(_: &mut SchemaGenerator) -> Schema {
+                json_schema!({ "type": "number", "description": $accepted, $($bound)* })
+            }
+        }
+    };
+}
+
+scalar!(
+    /// Any finite number.
+    Finite, "a finite number", |_| true, {}
+);
+scalar!(
+    /// Zero or more.
+    NonNegative, "a finite number >= 0", |x| x >= 0.0, { "minimum": 0 }
+);
+scalar!(
+    /// More than zero.
+    Positive, "a finite number > 0", |x| x > 0.0, { "exclusiveMinimum": 0 }
+);
+scalar!(
+    /// From zero to one.
+    Fraction, "a number from 0 to 1", |x| (0.0..=1.0).contains(&x), { "minimum": 0, "maximum": 1 }
+);
+scalar!(
+    /// The mean cosine of a phase function: strictly between -1 and 1.
+    MeanCosine, "a number between -0.999 and 0.999", |x| x.abs() <= 0.999, { "minimum": -0.999, "maximum": 0.999 }
+);
+scalar!(
+    /// A field of view or a cone's half-angle in degrees, strictly between 0 and 180.
+    Degrees, "an angle in degrees between 0 and 180 (exclusive)", |x| x > 0.0 && x < 180.0,
+    { "exclusiveMinimum": 0, "exclusiveMaximum": 180 }
+);
+
+/// A number written as integer or float.
+struct Number(&'static str);
+
+impl Visitor<'_> for Number {
+    type Value = f64;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(self.0)
+    }
+    fn visit_f64<E>(self, value: f64) -> Result<f64, E> {
+        Ok(value)
+    }
+    fn visit_i64<E>(self, value: i64) -> Result<f64, E> {
+        Ok(value as f64)
+    }
+    fn visit_u64<E>(self, value: u64) -> Result<f64, E> {
+        Ok(value as f64)
+    }
+}
+
+/// Declares a three-component kind over [`Triple`]: its name, what is accepted, the test, and whether a single number
+/// stands for three equal ones.
+macro_rules! triple {
+    ($(#[$doc:meta])* $name:ident, $accepted:literal, splat: $splat:literal, $test:expr) => {
+        $(#[$doc])*
+        pub struct $name;
+
+        impl $name {
+            /// Reads the vector, or says what was found and what is accepted.
+            pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec3, D::Error> {
+                let value = deserializer.deserialize_any(Triple { accepted: $accepted, splat: $splat })?;
+                let test: fn(Vec3) -> bool = $test;
+                if value.is_finite() && test(value) {
+                    return Ok(value);
+                }
+                let found = format!("{:?}", value.to_array());
+                Err(de::Error::invalid_value(de::Unexpected::Other(&found), &$accepted))
+            }
+
+            /// Writes the vector as `[x, y, z]`.
+            pub fn serialize<S: Serializer>(value: &Vec3, serializer: S) -> Result<S::Ok, S::Error> {
+                value.serialize(serializer)
+            }
+        }
+
+        impl JsonSchema for $name {
+            fn schema_name() -> Cow<'static, str> {
+                stringify!($name).into()
+            }
+            fn json_schema(_: &mut SchemaGenerator) -> Schema {
+                let array = json_schema!({
+                    "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3,
+                    "description": $accepted
+                });
+                if !$splat {
+                    return array;
+                }
+                json_schema!({ "anyOf": [{ "type": "number" }, array], "description": $accepted })
+            }
+        }
+    };
+}
+
+triple!(
+    /// A position or displacement.
+    Vector, "three finite numbers [x, y, z]", splat: false, |_| true
+);
+triple!(
+    /// A direction: any length but zero.
+    Direction, "three finite numbers [x, y, z], not all 0", splat: false,
+    |v| v.length_squared() > 0.0 && v.length_squared().is_finite()
+);
+triple!(
+    /// A spectrum as linear Rec. 709 RGB; one number is grey.
+    Rgb, "a number >= 0, or three of them [r, g, b]", splat: true, |v| v.min_element() >= 0.0
+);
+triple!(
+    /// Scale factors along x, y, z; one number scales all three.
+    Scale, "a number > 0, or three of them [x, y, z]", splat: true, |v| v.min_element() > 0.0
+);
+
+struct Triple {
+    accepted: &'static str,
+    splat: bool,
+}
+
+impl Triple {
+    fn splat<E: de::Error>(&self, value: f64) -> Result<Vec3, E> {
+        if self.splat {
+            return Ok(Vec3::splat(value as f32));
+        }
+        Err(E::invalid_type(de::Unexpected::Float(value), &self.accepted))
+    }
+}
+
+impl<'de> Visitor<'de> for Triple {
+    type Value = Vec3;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(self.accepted)
+    }
+    fn visit_f64<E: de::Error>(self, value: f64) -> Result<Vec3, E> {
+        self.splat(value)
+    }
+    fn visit_i64<E: de::Error>(self, value: i64) -> Result<Vec3, E> {
+        self.splat(value as f64)
+    }
+    fn visit_u64<E: de::Error>(self, value: u64) -> Result<Vec3, E> {
+        self.splat(value as f64)
+    }
+    fn visit_seq<A: de::SeqAccess<'de>>(self, mut seq: A) -> Result<Vec3, A::Error> {
+        let mut value = [0.0f32; 3];
+        for (i, slot) in value.iter_mut().enumerate() {
+            *slot = seq
+                .next_element::<f32>()?
+                .ok_or_else(|| de::Error::invalid_length(i, &self.accepted))?;
+        }
+        if seq.next_element::<de::IgnoredAny>()?.is_some() {
+            return Err(de::Error::invalid_length(4, &self.accepted));
+        }
+        Ok(Vec3::from(value))
+    }
+}
+
+/// The largest film side, and so the largest picture: a WebGPU texture at default limits.
+pub const MAX_FILM_SIDE: u32 = 8192;
+
+/// A film size `[width, height]` in pixels.
+pub struct FilmSize;
+
+impl FilmSize {
+    /// Reads the size, or says what is accepted.
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[u32; 2], D::Error> {
+        let size = <[u32; 2]>::deserialize(deserializer)?;
+        if size.iter().all(|side| (1..=MAX_FILM_SIDE).contains(side)) {
+            return Ok(size);
+        }
+        let found = format!("{size:?}");
+        let accepted = "[width, height] in pixels, each from 1 to 8192";
+        Err(de::Error::invalid_value(de::Unexpected::Other(&found), &accepted))
+    }
+
+    /// Writes the size.
+    pub fn serialize<S: Serializer>(value: &[u32; 2], serializer: S) -> Result<S::Ok, S::Error> {
+        value.serialize(serializer)
+    }
+}
+
+impl JsonSchema for FilmSize {
+    fn schema_name() -> Cow<'static, str> {
+        "FilmSize".into()
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "type": "array", "minItems": 2, "maxItems": 2,
+            "items": { "type": "integer", "minimum": 1, "maximum": MAX_FILM_SIDE },
+            "description": "[width, height] in pixels"
+        })
+    }
+}

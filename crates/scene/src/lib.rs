@@ -1,0 +1,21 @@
+//! What Tyndall renders, and what comes out: scene files, volumes, images and the metrics that compare them.
+//!
+//! Data goes one way: a [`Document`] (text with line numbers) is parsed into a [`Scene`] (plain values with units),
+//! which is loaded with its [`Assets`] into a [`World`] (densities in memory), which `tyndall` and `tyndall-reference`
+//! render. Nothing here touches a GPU, and everything but file access builds for wasm32.
+
+pub mod assets;
+pub mod description;
+mod document;
+pub mod image;
+pub mod metrics;
+pub mod parameter;
+mod sampling;
+pub mod volume;
+mod world;
+
+pub use assets::Assets;
+pub use description::Scene;
+pub use document::{Document, FieldError, Format, SceneError};
+pub use glam;
+pub use world::{Field, LoadError, Volume, World};

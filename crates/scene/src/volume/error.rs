@@ -1,0 +1,79 @@
+//! What can be wrong with a volume file.
+
+/// Why a volume could not be loaded. Each message says what was found and what is accepted.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum VolumeError {
+    /// The bytes do not begin as an OpenVDB file does.
+    #[error("not an OpenVDB file: it begins with {found}; a VDB file begins with 20 42 44 56 00 00 00 00")]
+    NotVdb {
+        /// The first bytes, at most eight, in hexadecimal.
+        found: String,
+    },
+    /// The bytes do not hold a NIfTI-1 header.
+    #[error("not a NIfTI file: {found}; accepted is NIfTI-1 in one file (.nii, .nii.gz)")]
+    NotNifti {
+        /// What stands where the header should be.
+        found: String,
+    },
+    /// The file ends too early.
+    #[error("the file ends at byte {at}, within {what}")]
+    Truncated {
+        /// What was being read.
+        what: &'static str,
+        /// Where the bytes end (byte offset; for a compressed NIfTI file, in the decompressed stream).
+        at: u64,
+    },
+    /// The file contradicts itself or its format.
+    #[error("the file is corrupt: {what}")]
+    Corrupt {
+        /// What was found, and what is accepted.
+        what: String,
+    },
+    /// The file is well formed, but uses something that is not supported.
+    #[error("unsupported: {found}; accepted: {accepted}")]
+    Unsupported {
+        /// What the file has.
+        found: String,
+        /// What it may have.
+        accepted: &'static str,
+    },
+    /// A VDB file has no grid of that name.
+    #[error("no grid is named \"{name}\"; the file has: {}", available.join(", "))]
+    NoSuchGrid {
+        /// The name that was asked for.
+        name: String,
+        /// The names of the file's grids, in its order.
+        available: Vec<String>,
+    },
+    /// The dense grid would not fit into the budget. Nothing was allocated.
+    #[error("a grid of {} x {} x {} voxels needs {bytes} bytes; the budget is {budget}", dims[0], dims[1], dims[2])]
+    TooLarge {
+        /// Voxels along x, y, z.
+        dims: [u64; 3],
+        /// Bytes that the result would need (saturated).
+        bytes: u64,
+        /// Bytes allowed.
+        budget: u64,
+    },
+    /// The grid is within the budget, but the machine has no memory for it.
+    #[error("no memory for {bytes} bytes of voxels")]
+    OutOfMemory {
+        /// Bytes asked for.
+        bytes: u64,
+    },
+    /// A voxel is NaN, infinite, or too large for a 32-bit float.
+    #[error("the voxel at index ({}, {}, {}) is {value}; every voxel must be a finite 32-bit float",
+        index[0], index[1], index[2])]
+    NotFinite {
+        /// Index of the voxel in the file's own index space.
+        index: [i64; 3],
+        /// Its value.
+        value: f64,
+    },
+}
+
+impl VolumeError {
+    pub(super) fn corrupt(what: impl Into<String>) -> Self {
+        Self::Corrupt { what: what.into() }
+    }
+}

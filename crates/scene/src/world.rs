@@ -1,0 +1,218 @@
+//! A scene with its assets in memory: what the renderers read.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::sync::Arc;
+
+use glam::{Mat4, Vec3};
+
+use crate::assets::Assets;
+use crate::description::{Density, Optics, Scene};
+use crate::volume::{Budget, Grid, VolumeError, read_nifti, read_vdb, vdb_grid_names};
+use crate::{FieldError, document};
+
+/// A loaded scene.
+#[derive(Clone, Debug)]
+pub struct World {
+    /// The description it was loaded from.
+    pub scene: Scene,
+    /// The media, in the order of their names.
+    pub volumes: Vec<Volume>,
+    /// BLAKE3 of the description and of every asset's bytes, in hexadecimal: two worlds of one hash are one world.
+    pub hash: String,
+}
+
+/// A medium in the world: a field over the unit cube, a map into it, and its optics.
+#[derive(Clone, Debug)]
+pub struct Volume {
+    /// The medium's name in the scene.
+    pub name: String,
+    /// The density over the unit cube.
+    pub field: Field,
+    /// Maps world positions [m] to the unit cube; affine and invertible.
+    pub unit_from_world: Mat4,
+    /// The inverse of `unit_from_world`.
+    pub world_from_unit: Mat4,
+    /// What the medium does to light.
+    pub optics: Optics,
+}
+
+/// A scalar field over the unit cube [0,1]³, 0 outside it.
+#[derive(Clone, Debug)]
+pub enum Field {
+    /// 1.
+    Homogeneous,
+    /// exp(−(y − base)/scale), with y, `base` and `scale` in unit-cube lengths.
+    Exponential {
+        /// Where the field is 1.
+        base: f32,
+        /// The height over which it falls by e.
+        scale: f32,
+    },
+    /// Voxels: voxel (i,j,k) of n has its centre at ((i,j,k) + ½)/n.
+    Grid(Arc<Grid>),
+}
+
+impl Field {
+    /// The field at a position in the unit cube, trilinear between voxel centres and constant beyond the outermost.
+    pub fn value(&self, unit: Vec3) -> f32 {
+        if unit.cmplt(Vec3::ZERO).any() || unit.cmpgt(Vec3::ONE).any() {
+            return 0.0;
+        }
+        match self {
+            Field::Homogeneous => 1.0,
+            Field::Exponential { base, scale } => (-(unit.y - base) / scale).exp(),
+            Field::Grid(grid) => grid.trilinear(unit),
+        }
+    }
+}
+
+/// Why a scene's world cannot be had.
+#[derive(Debug, thiserror::Error)]
+pub enum LoadError {
+    /// The description contradicts itself.
+    #[error(transparent)]
+    Field(#[from] FieldError),
+    /// An asset cannot be read.
+    #[error("{path}: cannot read `{file}`: {source}")]
+    Asset {
+        /// The field that names the asset.
+        path: String,
+        /// The file.
+        file: String,
+        /// Why.
+        source: io::Error,
+    },
+    /// An asset is not what it should be.
+    #[error("{path}: `{file}`: {source}")]
+    Volume {
+        /// The field that names the asset.
+        path: String,
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        source: VolumeError,
+    },
+    /// A medium's transforms cannot be inverted.
+    #[error("{path}: the transform from the medium to the world has no inverse")]
+    Singular {
+        /// The medium's transform.
+        path: String,
+    },
+}
+
+impl LoadError {
+    /// The error at its place in the scene's text.
+    pub fn locate(&self, document: &document::Document) -> document::SceneError {
+        let message = match self {
+            LoadError::Field(error) => return document.locate(error),
+            LoadError::Asset { file, source, .. } => format!("cannot read `{file}`: {source}"),
+            LoadError::Volume { file, source, .. } => format!("`{file}`: {source}"),
+            LoadError::Singular { .. } => "the transform from the medium to the world has no inverse".into(),
+        };
+        let (LoadError::Field(FieldError { path, .. })
+        | LoadError::Asset { path, .. }
+        | LoadError::Volume { path, .. }
+        | LoadError::Singular { path }) = self;
+        document.at(path, &message)
+    }
+}
+
+impl World {
+    /// Loads a scene's assets; voxels may take at most `budget` in all.
+    ///
+    /// # Errors
+    /// A scene that contradicts itself, and assets that are missing, corrupt or too large.
+    pub fn load(scene: Scene, assets: &dyn Assets, budget: Budget) -> Result<Self, LoadError> {
+        scene.check()?;
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(serde_json::to_string(&scene).expect("a scene has only string keys").as_bytes());
+        let mut loader = Loader { assets, left: budget, hasher, grids: BTreeMap::new() };
+        let mut volumes = Vec::new();
+        for (name, medium) in &scene.media {
+            let (field, local_from_unit) = loader.field(name, &medium.density)?;
+            let world_from_unit = medium.transform.matrix() * local_from_unit;
+            let unit_from_world = world_from_unit.inverse();
+            if !unit_from_world.is_finite() || !world_from_unit.is_finite() {
+                return Err(LoadError::Singular { path: format!("media.{name}.transform") });
+            }
+            let optics = medium.optics.clone();
+            volumes.push(Volume { name: name.clone(), field, unit_from_world, world_from_unit, optics });
+        }
+        let hash = loader.hasher.finalize().to_hex().to_string();
+        Ok(Self { scene, volumes, hash })
+    }
+}
+
+struct Loader<'a> {
+    assets: &'a dyn Assets,
+    left: Budget,
+    hasher: blake3::Hasher,
+    grids: BTreeMap<(String, Option<String>), Arc<Grid>>,
+}
+
+impl Loader<'_> {
+    /// A density as a field over the unit cube, and the map from that cube to the medium's space.
+    fn field(&mut self, medium: &str, density: &Density) -> Result<(Field, Mat4), LoadError> {
+        let box_map = |min: &Vec3, max: &Vec3| Mat4::from_translation(*min) * Mat4::from_scale(max - min);
+        Ok(match density {
+            Density::Homogeneous { min, max } => (Field::Homogeneous, box_map(min, max)),
+            Density::Exponential { min, max, base, scale_height } => {
+                let height = max.y - min.y;
+                let field = Field::Exponential { base: (base - min.y) / height, scale: scale_height / height };
+                (field, box_map(min, max))
+            }
+            Density::Grid { file, name } => {
+                let grid = self.grid(medium, file, name)?;
+                let map = grid.world_from_unit();
+                (Field::Grid(grid), map)
+            }
+        })
+    }
+
+    fn grid(&mut self, medium: &str, file: &str, name: &Option<String>) -> Result<Arc<Grid>, LoadError> {
+        let key = (file.to_owned(), name.clone());
+        if let Some(grid) = self.grids.get(&key) {
+            return Ok(grid.clone());
+        }
+        let path = format!("media.{medium}.density.grid.file");
+        let bytes = self.assets.read(file).map_err(|source| LoadError::Asset {
+            path: path.clone(),
+            file: file.into(),
+            source,
+        })?;
+        let grid = read_grid(file, &bytes, name.as_deref(), self.left).map_err(|source| {
+            let path = match source {
+                VolumeError::NoSuchGrid { .. } if name.is_some() => format!("media.{medium}.density.grid.name"),
+                _ => path,
+            };
+            LoadError::Volume { path, file: file.into(), source }
+        })?;
+        self.hasher.update(&bytes);
+        self.left.0 = self.left.0.saturating_sub(grid.voxels.bytes());
+        let grid = Arc::new(grid);
+        self.grids.insert(key, grid.clone());
+        Ok(grid)
+    }
+}
+
+/// A grid from a file's bytes; the file's name tells its format. Without a name the file must hold just one grid.
+fn read_grid(file: &str, bytes: &[u8], name: Option<&str>, budget: Budget) -> Result<Grid, VolumeError> {
+    let lower = file.to_ascii_lowercase();
+    if lower.ends_with(".nii") || lower.ends_with(".nii.gz") {
+        return read_nifti(bytes, budget);
+    }
+    if !lower.ends_with(".vdb") {
+        let found = lower.rsplit_once('.').map_or("no file extension".into(), |(_, e)| format!("extension .{e}"));
+        return Err(VolumeError::Unsupported { found, accepted: ".vdb, .nii or .nii.gz".into() });
+    }
+    match name {
+        Some(name) => read_vdb(bytes, name, budget),
+        None => match vdb_grid_names(bytes)?.as_slice() {
+            [only] => read_vdb(bytes, only, budget),
+            available => {
+                Err(VolumeError::NoSuchGrid { name: "(none given)".into(), available: available.to_vec() })
+            }
+        },
+    }
+}
