@@ -4,9 +4,9 @@ use std::process::ExitCode;
 
 use tyndall::RenderError;
 use tyndall_reference::ReferenceError;
+use tyndall_scene::SceneError;
 use tyndall_scene::image::ImageError;
 use tyndall_scene::metrics::MetricError;
-use tyndall_scene::SceneError;
 
 /// Why a command did not succeed.
 #[derive(Debug)]

@@ -4,6 +4,8 @@ use tyndall::wgpu;
 use crate::failure::Failure;
 
 /// List adapters with their limits and features, and the techniques with their parameters
+///
+/// Fails (exit code 1) where there is no adapter.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  tyndall info")]
 pub struct Arguments {}
@@ -13,9 +15,6 @@ impl Arguments {
     pub fn run(&self) -> Result<(), Failure> {
         println!("tyndall {}\n", env!("CARGO_PKG_VERSION"));
         let adapters = pollster::block_on(tyndall::adapters());
-        if adapters.is_empty() {
-            println!("No adapter.\n{}", tyndall::INSTALL_HELP);
-        }
         for (i, adapter) in adapters.iter().enumerate() {
             let info = adapter.get_info();
             let limits = adapter.limits();
@@ -39,6 +38,6 @@ impl Arguments {
                 println!("      {}: {}", parameter.help, parameter.kind);
             }
         }
-        Ok(())
+        if adapters.is_empty() { Err(tyndall::RenderError::NoAdapter.into()) } else { Ok(()) }
     }
 }

@@ -64,7 +64,7 @@ impl Input {
 
 /// What voxels may take: half of the memory that is free now, so that a copy for the device fits beside them
 /// (4 GiB where the system does not say).
-fn memory_budget() -> Budget {
+pub fn memory_budget() -> Budget {
     let free = sysinfo::System::new().map(|mut system| {
         system.refresh_memory();
         system.available_memory()

@@ -1,6 +1,7 @@
 //! The `tyndall` command.
 
 mod compare;
+mod demo;
 mod failure;
 mod info;
 mod input;
@@ -17,14 +18,19 @@ use tracing_subscriber::EnvFilter;
 
 /// Renders light through things that are not opaque, and states how wrong each picture is.
 #[derive(Parser)]
-#[command(version, arg_required_else_help = true, after_help = "\
+#[command(
+    version,
+    arg_required_else_help = true,
+    after_help = "\
 Examples:
+  tyndall demo -o demo.png
   tyndall render scenes/plume.toml -o plume.png
   tyndall reference scenes/plume.toml -o truth.exr --depth 1 --error 0.01
   tyndall render scenes/plume.toml -o plume.exr
   tyndall compare plume.exr truth.exr --map difference.png
 
-Exit codes: 0 done, 1 failed, 2 usage or bad input, 130 interrupted.")]
+Exit codes: 0 done, 1 failed, 2 usage or bad input, 130 interrupted."
+)]
 struct Cli {
     /// Say more of what is done (-v), and more (-vv); RUST_LOG overrides it
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
@@ -35,6 +41,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    Demo(demo::Arguments),
     Render(render::Arguments),
     Reference(reference::Arguments),
     Compare(compare::Arguments),
@@ -52,6 +59,7 @@ fn main() -> ExitCode {
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(level));
     tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).without_time().init();
     let outcome = match cli.command {
+        Command::Demo(arguments) => arguments.run(),
         Command::Render(arguments) => arguments.run(),
         Command::Reference(arguments) => arguments.run(),
         Command::Compare(arguments) => arguments.run(),

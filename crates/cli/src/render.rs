@@ -1,5 +1,5 @@
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use tyndall::{AdapterChoice, Gpu};
@@ -20,15 +20,22 @@ Examples:
 pub struct Arguments {
     #[command(flatten)]
     input: Input,
+    #[command(flatten)]
+    rendering: RenderingArguments,
     /// Where the picture goes: .exr holds linear radiance, .png is tone-mapped (film.exposure, AgX)
     #[arg(short, long)]
     output: PathBuf,
+    /// Print the adapter, and the GPU time of every pass
+    #[arg(long)]
+    timings: bool,
+}
+
+/// What `render` and `demo` are told of the device.
+#[derive(clap::Args)]
+pub struct RenderingArguments {
     /// An adapter whose name contains NAME, or `cpu` for a CPU driver; default: the best there is
     #[arg(long, value_name = "NAME|cpu")]
     adapter: Option<String>,
-    /// Print the GPU time of every pass
-    #[arg(long)]
-    timings: bool,
 }
 
 impl Arguments {
@@ -39,35 +46,44 @@ impl Arguments {
         let started = Instant::now();
         let world = self.input.load()?;
         let loaded = started.elapsed();
+        let timings = self.rendering.render(&world, &self.output, &interrupt)?;
+        if self.timings {
+            println!("load     {:>10.3} ms", loaded.as_secs_f64() * 1e3);
+            print!("{timings}");
+            println!("total    {:>10.3} ms", started.elapsed().as_secs_f64() * 1e3);
+        }
+        Ok(())
+    }
+}
+
+impl RenderingArguments {
+    /// Renders a world to a file; the adapter and its times, as lines of text.
+    pub fn render(&self, world: &World, output: &Path, interrupt: &Interrupt) -> Result<String, Failure> {
+        let started = Instant::now();
         let gpu = pollster::block_on(Gpu::open(&choice(self.adapter.as_deref())))?;
         tracing::info!(adapter = gpu.name(), "device");
         let bar = progress::bar();
-        let rendering = pollster::block_on(tyndall::render(&gpu, &world, &mut |done| {
+        let rendering = pollster::block_on(tyndall::render(&gpu, world, &mut |done| {
             progress::set(&bar, done);
             if interrupt.pressed() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         }));
         bar.finish_and_clear();
         let mut rendering = rendering?;
-        let total = started.elapsed();
         let gpu_time: f64 = rendering.passes.values().sum();
         let attributes = &mut rendering.image.attributes;
-        describe(&world, attributes);
+        describe(world, attributes);
         attributes.insert("adapter".into(), gpu.name());
-        attributes.insert("seconds total".into(), format!("{:.3}", total.as_secs_f64()));
+        attributes.insert("seconds rendering".into(), format!("{:.3}", started.elapsed().as_secs_f64()));
         attributes.insert("seconds on the device".into(), format!("{gpu_time:.6}"));
-        rendering.image.write(&self.output, world.scene.film.exposure)?;
-        if self.timings {
-            println!("adapter  {}", gpu.name());
-            println!("load     {:>10.3} ms", loaded.as_secs_f64() * 1e3);
-            if rendering.passes.is_empty() {
-                println!("passes   not timed: the adapter has no timestamps");
-            }
-            for (pass, seconds) in &rendering.passes {
-                println!("pass     {:>10.3} ms  {pass}", seconds * 1e3);
-            }
-            println!("total    {:>10.3} ms", total.as_secs_f64() * 1e3);
+        rendering.image.write(output, world.scene.film.exposure)?;
+        let mut text = format!("adapter  {}\n", gpu.name());
+        if rendering.passes.is_empty() {
+            text += "passes   not timed: the adapter has no timestamps\n";
         }
-        Ok(())
+        for (pass, seconds) in &rendering.passes {
+            text += &format!("pass     {:>10.3} ms  {pass}\n", seconds * 1e3);
+        }
+        Ok(text)
     }
 }
 

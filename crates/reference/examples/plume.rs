@@ -29,14 +29,25 @@ phase = { hg = { g = 0.5 } }
     let t = std::time::Instant::now();
     let world = World::load(scene, &Directory("/work/shared/data".into()), Budget(1 << 31)).unwrap();
     let volume = &world.volumes[0];
-    println!("load {:?} box {} {}", t.elapsed(), volume.world_from_unit.transform_point3(glam::Vec3::ZERO), volume.world_from_unit.transform_point3(glam::Vec3::ONE));
-    if let tyndall_scene::Field::Grid(g) = &volume.field { println!("{:?} {}", g.dims, matches!(g.voxels, tyndall_scene::volume::Voxels::F16(_))); }
+    println!(
+        "load {:?} box {} {}",
+        t.elapsed(),
+        volume.world_from_unit.transform_point3(glam::Vec3::ZERO),
+        volume.world_from_unit.transform_point3(glam::Vec3::ONE)
+    );
+    if let tyndall_scene::Field::Grid(g) = &volume.field {
+        println!("{:?} {}", g.dims, matches!(g.voxels, tyndall_scene::volume::Voxels::F16(_)));
+    }
     let t = std::time::Instant::now();
     tyndall_reference::Tracer::new(&world).unwrap();
     println!("prepare {:?}", t.elapsed());
     let depth = args.get(4).and_then(|d| d.parse().ok());
     let mut last = None;
-    let image = render(&world, &Options { samples: Some(32), depth, ..Default::default() }, None, &mut |p| { last = Some(*p); ControlFlow::Continue(()) }).unwrap();
+    let image = render(&world, &Options { samples: Some(128), depth, ..Default::default() }, None, &mut |p| {
+        last = Some(*p);
+        ControlFlow::Continue(())
+    })
+    .unwrap();
     let mean: f64 = image.pixels.iter().flatten().map(|x| f64::from(*x)).sum::<f64>() / image.pixels.len() as f64 / 3.0;
     println!("{:?} mean {mean}", last.unwrap());
 }

@@ -63,9 +63,9 @@ impl Film {
         Ok(Self { width, height, pixels: pixels.collect::<Result<_, _>>()?, attributes: image.attributes })
     }
 
-    /// The samples that every pixel has.
+    /// The samples that every pixel has; a film without pixels has all it can have.
     pub fn passes(&self) -> u32 {
-        self.pixels.iter().map(|pixel| pixel.samples).min().unwrap_or(0)
+        self.pixels.iter().map(|pixel| pixel.samples).min().unwrap_or(u32::MAX)
     }
 
     /// √(Σ variance/n / Σ mean²) over pixels and channels; infinite before every pixel has two samples.

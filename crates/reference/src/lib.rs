@@ -13,6 +13,7 @@
 //! | `medium` | coefficients at a point |
 //! | [`phase`] | which way scattered light goes |
 //! | `light` | what lamps send to a point |
+//! | `near` | point lights within media |
 //! | `camera`, `film`, `render` | pixels, their mean and variance, passes |
 //! | [`simple`] | the same truth on one page, slow |
 
@@ -22,6 +23,7 @@ mod light;
 mod majorant;
 mod march;
 mod medium;
+mod near;
 mod path;
 pub mod phase;
 mod random;

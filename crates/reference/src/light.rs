@@ -69,7 +69,7 @@ impl Lights {
 impl Lamp {
     /// Nearer than this a point light's inverse square is left out [m]: no float of a scene in metres resolves it, and
     /// a path gets there with probability 0.
-    const NEAREST: f64 = 1e-12;
+    pub const NEAREST: f64 = 1e-12;
 
     /// The light that would arrive at `point` through vacuum, or `None` where there is none.
     pub fn arrival(&self, point: DVec3) -> Option<Arrival> {
@@ -96,7 +96,7 @@ impl Cone {
     /// The share of the intensity on the axis that goes this way: the linear ramp of the cosine between the two
     /// angles, squared [KHR_lights_punctual].
     fn share(&self, travel: DVec3) -> f64 {
-        let ramp = (self.axis.dot(travel) - self.cos_outer) / (self.cos_inner - self.cos_outer);
+        let ramp = (self.axis.dot(travel) - self.cos_outer) / (self.cos_inner - self.cos_outer).max(f64::MIN_POSITIVE);
         let ramp = ramp.clamp(0.0, 1.0);
         ramp * ramp
     }

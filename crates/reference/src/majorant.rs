@@ -16,7 +16,7 @@ pub(crate) struct Bounds {
 }
 
 /// Voxels along a cell's side, where that does not make too many cells.
-const VOXELS: usize = 8;
+const VOXELS: usize = 4;
 
 /// The most cells along an axis.
 const MOST_CELLS: usize = 64;

@@ -19,6 +19,8 @@ pub(crate) struct Medium {
     /// The least majorant where the medium is not empty [m⁻¹]: a thin medium that glows must collide now and then for
     /// its light to be seen.
     pub least: f64,
+    /// Of its box [m].
+    pub diagonal: f64,
     field: Field,
     response: Response,
 }
@@ -65,6 +67,7 @@ impl Medium {
             extinction,
             steepest,
             least: if glows { Self::GLOW_COLLISIONS / diagonal } else { 0.0 },
+            diagonal,
             field: volume.field.clone(),
             response,
         })

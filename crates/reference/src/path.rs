@@ -3,9 +3,10 @@
 use glam::DVec3;
 use tyndall_scene::World;
 
-use crate::light::{Lamp, Lights};
+use crate::light::{Arrival, Lamp, Lights};
 use crate::march::March;
 use crate::medium::Medium;
+use crate::near::Ball;
 use crate::tracking::{End, Flight, Media, Scatterer};
 use crate::{Random, ReferenceError, phase};
 
@@ -13,6 +14,8 @@ use crate::{Random, ReferenceError, phase};
 pub struct Tracer {
     media: Media,
     lights: Lights,
+    /// One for each lamp.
+    balls: Vec<Ball>,
 }
 
 impl Tracer {
@@ -24,7 +27,9 @@ impl Tracer {
         let media = world.volumes.iter().map(Medium::new).collect::<Result<Vec<_>, _>>()?;
         let scatters = media.iter().any(Medium::scatters);
         let glows = media.iter().any(Medium::glows);
-        Ok(Self { media: Media { media, scatters, glows }, lights: Lights::new(&world.scene) })
+        let lights = Lights::new(&world.scene);
+        let balls = lights.lamps.iter().map(|lamp| Ball::new(lamp, &media)).collect();
+        Ok(Self { media: Media { media, scatters, glows }, lights, balls })
     }
 
     /// An estimate of the radiance that arrives at `origin` [m] from the unit `direction` [W·sr⁻¹·m⁻²]; its mean is the
@@ -41,6 +46,10 @@ impl Tracer {
                 self.last(origin, direction, &mut flight, &mut shadow, rng);
                 break;
             }
+            for (lamp, &ball) in self.lights.lamps.iter().zip(&self.balls) {
+                let light = self.near(lamp, ball, origin, direction, &mut shadow, rng);
+                flight.radiance += flight.weight * light;
+            }
             let distance = match self.media.fly(origin, direction, true, &mut flight, rng) {
                 End::Scattered(distance) => distance,
                 End::Escaped => {
@@ -50,9 +59,10 @@ impl Tracer {
                 End::Lost => break,
             };
             origin += direction * distance;
-            for lamp in &self.lights.lamps {
-                let light = self.scattered(lamp, origin, direction, &flight.scatterers, &mut shadow, rng);
-                flight.radiance += flight.weight * light;
+            for (lamp, ball) in self.lights.lamps.iter().zip(&self.balls) {
+                let Some(arrival) = lamp.arrival(origin) else { continue };
+                let light = self.scattered(&arrival, origin, direction, &flight.scatterers, &mut shadow, rng);
+                flight.radiance += flight.weight * light * (1.0 - ball.share(arrival.distance));
             }
             let next = choose(&flight, rng);
             let sampled = phase::sample(next, direction, rng);
@@ -81,22 +91,42 @@ impl Tracer {
         }
     }
 
-    /// A lamp's light that arrives at `point` and is scattered against `direction` (that of the path), per unit of
-    /// weight [W·sr⁻¹·m⁻³].
+    /// Light that arrives at `point` and is scattered against `direction` (that of the path), per unit of weight
+    /// [W·sr⁻¹·m⁻³].
     fn scattered(
         &self,
-        lamp: &Lamp,
+        arrival: &Arrival,
         point: DVec3,
         direction: DVec3,
         scatterers: &[Scatterer],
         march: &mut March,
         rng: &mut Random,
     ) -> DVec3 {
-        let Some(arrival) = lamp.arrival(point) else { return DVec3::ZERO };
         let cos_theta = -direction.dot(arrival.travel);
         let scattering: DVec3 = scatterers.iter().map(|s| s.sigma_s * phase::pdf(s.phase, cos_theta)).sum();
         let share = self.media.transmittance(point, -arrival.travel, arrival.distance, march, rng);
         scattering * share * arrival.irradiance
+    }
+
+    /// What a flight from `origin` scatters of a lamp's light while near it: the share that collisions leave to flights
+    /// [W·sr⁻¹·m⁻²].
+    fn near(
+        &self,
+        lamp: &Lamp,
+        ball: Ball,
+        origin: DVec3,
+        direction: DVec3,
+        march: &mut March,
+        rng: &mut Random,
+    ) -> DVec3 {
+        let Lamp::Bulb { position, .. } = lamp else { return DVec3::ZERO };
+        let Some((distance, density)) = ball.sample(*position, origin, direction, rng) else { return DVec3::ZERO };
+        let point = origin + direction * distance;
+        let scatterers = self.media.scatterers(point);
+        let Some(arrival) = lamp.arrival(point).filter(|_| !scatterers.is_empty()) else { return DVec3::ZERO };
+        let way = self.media.transmittance(origin, direction, distance, march, rng);
+        let light = self.scattered(&arrival, point, direction, &scatterers, march, rng);
+        way * light * (ball.share(arrival.distance) / density)
     }
 }
 

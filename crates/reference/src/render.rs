@@ -160,7 +160,7 @@ impl Clock {
     fn count(&mut self, pixels: usize, paths: u64, time: Duration) {
         self.paths += paths;
         let factor = (Self::INTERVAL / time.as_secs_f64().max(1e-9)).clamp(0.25, 4.0);
-        self.batch = ((pixels as f64 * factor) as usize).clamp(64, 1 << 24);
+        self.batch = ((pixels as f64 * factor) as usize).clamp(32, 1 << 24);
     }
 
     /// The state after a share of a pass.

@@ -51,7 +51,8 @@ pub(crate) enum End {
 
 impl Flight {
     /// Collisions after which a path is given up, so that every path ends. A path of a white half-space has more with
-    /// probability 1e-4, in other media it is never seen: what is lost is far below any noise.
+    /// probability 1e-4, in other media it is never seen: what is lost is far below any noise. The same holds for the
+    /// null collisions of a shadow ray.
     const MOST_COLLISIONS: u32 = 1 << 26;
 
     pub fn new() -> Self {
@@ -165,6 +166,17 @@ impl Media {
         (sigma_s, sigma_a)
     }
 
+    /// The media that scatter at a point.
+    pub fn scatterers(&self, point: DVec3) -> Vec<Scatterer> {
+        let at = |medium: &Medium| {
+            let unit = medium.unit_from_world.transform_point3(point);
+            let within = (unit - 0.5).abs().max_element() <= 0.5;
+            let sigma_s = if within { medium.at(unit).sigma_s } else { DVec3::ZERO };
+            (sigma_s != DVec3::ZERO).then_some(Scatterer { sigma_s, phase: medium.phase })
+        };
+        self.media.iter().filter_map(at).collect()
+    }
+
     /// The transmittance over a distance [m] (infinite: to beyond all media): residual ratio tracking [Novak14]. What the
     /// lower bound of a cell takes is known exactly; only what may come on top is left to chance.
     ///
@@ -181,6 +193,7 @@ impl Media {
         let mut certain = DVec3::ZERO;
         let mut ratio = DVec3::ONE;
         let mut depth = rng.exponential();
+        let mut collisions = Flight::MOST_COLLISIONS;
         while let Some((mut here, end)) = march.piece() {
             let (mut floor, mut majorant) = (DVec3::ZERO, 0.0);
             for cursor in march.cursors().iter().filter(|cursor| cursor.occupied()) {
@@ -197,6 +210,10 @@ impl Media {
                 }
                 here += depth / majorant;
                 depth = rng.exponential();
+                if collisions == 0 {
+                    return DVec3::ZERO;
+                }
+                collisions -= 1;
                 let mut residual = DVec3::ZERO;
                 for cursor in march.cursors().iter().filter(|cursor| cursor.occupied()) {
                     let medium = &self.media[cursor.medium];

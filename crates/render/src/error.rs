@@ -26,7 +26,9 @@ pub enum RenderError {
         reason: String,
     },
     /// The driver lost the device (reset, unplugged, a hung shader).
-    #[error("the GPU device was lost: {reason}. Nothing was written; run again, or choose another adapter with --adapter")]
+    #[error(
+        "the GPU device was lost: {reason}. Nothing was written; run again, or choose another adapter with --adapter"
+    )]
     DeviceLost {
         /// The driver's words.
         reason: String,

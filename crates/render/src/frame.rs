@@ -44,7 +44,7 @@ impl<'a> Frame<'a> {
     /// Moves the camera; the next rendering shows it.
     pub fn set_camera(&self, camera: &Camera) {
         let view = View::new(camera, self.resident.film, self.resident.environment);
-        let mut bytes = encase::UniformBuffer::new([0u8; 80]);
+        let mut bytes = encase::StorageBuffer::new([0u8; 80]);
         bytes.write(&view).expect("a view is 80 bytes");
         self.graph.gpu().queue.write_buffer(&self.resident.view, 0, &bytes.into_inner());
     }
@@ -55,7 +55,7 @@ impl<'a> Frame<'a> {
         self.render_tile(encoder, Tile { origin: glam::UVec2::ZERO, size: glam::uvec2(width, height) });
     }
 
-    /// As [`render`](Self::render), for a part of the film. One tile a submission: the tile is a uniform.
+    /// As [`render`](Self::render), for a part of the film. One tile a submission: the tile stands in a buffer.
     pub(crate) fn render_tile(&mut self, encoder: &mut wgpu::CommandEncoder, tile: Tile) {
         self.graph.execute(encoder, tile, &self.profiler);
         self.profiler.resolve_queries(encoder);

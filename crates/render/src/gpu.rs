@@ -44,6 +44,7 @@ const WANTED: wgpu::Features = wgpu::Features::FLOAT32_FILTERABLE.union(wgpu::Fe
 /// All adapters, the best first.
 pub async fn adapters() -> Vec<wgpu::Adapter> {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = wgpu::Backends::PRIMARY;
     // An allocation that would take nearly all memory fails at once instead of taking the system down.
     descriptor.memory_budget_thresholds.for_resource_creation = Some(95);
     let instance = wgpu::Instance::new(descriptor);
@@ -162,8 +163,11 @@ impl Gpu {
         }
     }
 
-    /// Makes a buffer that holds an encase value.
-    pub(crate) fn buffer<T>(&self, label: &str, usage: wgpu::BufferUsages, value: &T) -> wgpu::Buffer
+    /// Makes a buffer that holds an encase value, for shaders to read.
+    ///
+    /// All parameters are read-only storage buffers and none is a uniform: Mesa 22.3's CPU driver compiles a shader anew
+    /// for every value that a uniform in a condition takes, and corrupts its stack where there are many.
+    pub(crate) fn buffer<T>(&self, label: &str, value: &T) -> wgpu::Buffer
     where
         T: encase::ShaderType + encase::internal::WriteInto,
     {
@@ -173,7 +177,7 @@ impl Gpu {
         let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),
             size: bytes.len() as u64,
-            usage: usage | wgpu::BufferUsages::COPY_DST,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
         self.queue.write_buffer(&buffer, 0, &bytes);

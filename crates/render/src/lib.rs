@@ -13,9 +13,9 @@ pub mod graph;
 pub mod math;
 mod renderer;
 pub mod resident;
+pub mod techniques;
 #[cfg(test)]
 mod test;
-pub mod techniques;
 
 pub use error::RenderError;
 pub use frame::Frame;

@@ -86,11 +86,7 @@ async fn read_film(gpu: &Gpu, film: &wgpu::Texture) -> Result<Vec<[f32; 3]>, Ren
             },
             wgpu::TexelCopyBufferInfo {
                 buffer: &buffer,
-                layout: wgpu::TexelCopyBufferLayout {
-                    offset: 0,
-                    bytes_per_row: Some(row),
-                    rows_per_image: Some(rows),
-                },
+                layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: Some(rows) },
             },
             wgpu::Extent3d { width, height: rows, depth_or_array_layers: 1 },
         );
@@ -115,9 +111,6 @@ pub(crate) async fn map(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<wgpu::Buffer
         let _ = sender.send(result);
     });
     gpu.wait()?;
-    receiver
-        .await
-        .map_err(|error| lost(error.to_string()))?
-        .map_err(|error| lost(error.to_string()))?;
+    receiver.await.map_err(|error| lost(error.to_string()))?.map_err(|error| lost(error.to_string()))?;
     buffer.get_mapped_range(..).map_err(|error| lost(error.to_string()))
 }

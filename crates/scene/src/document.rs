@@ -248,8 +248,8 @@ impl Scene {
             };
         }
         *node = parsed;
-        let scene: Scene = serde_path_to_error::deserialize(tree)
-            .map_err(|e| error(format!("{}: {}", e.path(), e.inner())))?;
+        let scene: Scene =
+            serde_path_to_error::deserialize(tree).map_err(|e| error(format!("{}: {}", e.path(), e.inner())))?;
         scene.check().map_err(|e| error(e.to_string()))?;
         *self = scene;
         Ok(())

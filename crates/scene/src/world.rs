@@ -204,15 +204,13 @@ fn read_grid(file: &str, bytes: &[u8], name: Option<&str>, budget: Budget) -> Re
     }
     if !lower.ends_with(".vdb") {
         let found = lower.rsplit_once('.').map_or("no file extension".into(), |(_, e)| format!("extension .{e}"));
-        return Err(VolumeError::Unsupported { found, accepted: ".vdb, .nii or .nii.gz".into() });
+        return Err(VolumeError::Unsupported { found, accepted: ".vdb, .nii or .nii.gz" });
     }
     match name {
         Some(name) => read_vdb(bytes, name, budget),
         None => match vdb_grid_names(bytes)?.as_slice() {
             [only] => read_vdb(bytes, only, budget),
-            available => {
-                Err(VolumeError::NoSuchGrid { name: "(none given)".into(), available: available.to_vec() })
-            }
+            available => Err(VolumeError::NoSuchGrid { name: "(none given)".into(), available: available.to_vec() }),
         },
     }
 }

@@ -89,6 +89,22 @@ fn point_light() {
     }
 }
 
+/// A point light within the medium, near which the ray passes at .05 and at .4: in a large box, the light's way to a
+/// point is all in the medium.
+#[test]
+fn point_light_within() {
+    for (phase, y) in [(Phase::Isotropic, 0.05), (Phase::Hg { g: 0.7 }, 0.05), (Phase::Rayleigh, 0.4)] {
+        let lamp = Light::Point { position: Vec3::ZERO, intensity: Vec3::ONE };
+        let medium = volume(Field::Homogeneous, Vec3::splat(-3.0), Vec3::splat(3.0), grey(1.2, 0.3, phase));
+        let world = world(vec![medium], vec![lamp]);
+        let truth = integrate(-1.0, 3.0, 50_000, |x| {
+            let r2 = x * x + y * y;
+            1.2 * p(phase, -x / r2.sqrt()) / r2 * (-1.5 * (r2.sqrt() + x + 1.0)).exp()
+        });
+        look(&world, DVec3::new(-1.0, y, 0.0), DVec3::X, Some(1), 100_000).assert(DVec3::splat(truth), 0.005);
+    }
+}
+
 /// A spot light: full within 20°, falling as the squared ramp of the cosine to 0 at 40°, nothing beyond.
 #[test]
 fn spot_light() {

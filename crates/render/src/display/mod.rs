@@ -8,7 +8,7 @@ use crate::{Gpu, RenderError};
 
 static DISPLAY: Shader = shader!("display/display");
 
-/// The uniform `display`.
+/// The buffer `display`.
 #[derive(Clone, Copy, Debug, encase::ShaderType)]
 pub(crate) struct Parameters {
     /// 2^exposure.
@@ -36,9 +36,9 @@ impl Display {
         exposure: f32,
     ) -> Result<Self, RenderError> {
         let parameters = Parameters { scale: exposure.exp2(), encode: u32::from(!format.is_srgb()) };
-        let parameters = gpu.buffer("display", wgpu::BufferUsages::UNIFORM, &parameters);
+        let parameters = gpu.buffer("display", &parameters);
         let mut bindings = Bindings::default();
-        bindings.uniform("display", &parameters);
+        bindings.read("display", (&parameters).into());
         bindings.read("film", film.into());
         let reflection = DISPLAY.reflect()?;
         bindings.check("display", &reflection)?;

@@ -104,7 +104,6 @@ struct Bound {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Access {
-    Uniform,
     Read,
     Write,
 }
@@ -117,11 +116,6 @@ enum Handle {
 }
 
 impl Bindings {
-    /// Binds a uniform buffer.
-    pub fn uniform(&mut self, name: &'static str, buffer: &wgpu::Buffer) {
-        self.0.push(Bound { name, access: Access::Uniform, handle: Handle::Buffer(buffer.clone()) });
-    }
-
     /// Binds a resource that is read.
     pub fn read(&mut self, name: &'static str, resource: Resource) {
         self.0.push(Bound { name, access: Access::Read, handle: Handle::new(resource) });
@@ -186,7 +180,9 @@ impl Handle {
     fn new(resource: Resource) -> Self {
         match resource {
             Resource::Buffer(buffer) => Handle::Buffer(buffer.clone()),
-            Resource::Texture(texture) => Handle::Texture(texture.create_view(&Default::default()), texture.dimension()),
+            Resource::Texture(texture) => {
+                Handle::Texture(texture.create_view(&Default::default()), texture.dimension())
+            }
             Resource::Sampler(sampler) => Handle::Sampler(sampler.clone()),
         }
     }
@@ -197,8 +193,7 @@ impl Bound {
         use wgpu::{TextureDimension as Is, TextureViewDimension as Want};
         let same = |is: &Is, want: Want| matches!((is, want), (Is::D2, Want::D2) | (Is::D3, Want::D3));
         match (&self.handle, self.access, kind) {
-            (Handle::Buffer(buffer), Access::Uniform, BindingKind::Uniform)
-            | (Handle::Buffer(buffer), Access::Read, BindingKind::StorageRead)
+            (Handle::Buffer(buffer), Access::Read, BindingKind::StorageRead)
             | (Handle::Buffer(buffer), Access::Write, BindingKind::StorageWrite) => buffer.size() >= size,
             (Handle::Texture(_, is), Access::Read, BindingKind::Texture(want))
             | (Handle::Texture(_, is), Access::Write, BindingKind::StorageTexture(want)) => same(is, want),
@@ -209,7 +204,6 @@ impl Bound {
 
     fn describe(&self) -> String {
         let access = match self.access {
-            Access::Uniform => "uniform",
             Access::Read => "read",
             Access::Write => "written",
         };

@@ -1,7 +1,7 @@
 //! A frame is a list of passes, recorded once and executed as often as one likes.
 //!
 //! A pass names its resources as its shader does:
-//! `graph.compute("march", &MARCH).uniform("view", &view).write("film", &film).over_film(size).await?`.
+//! `graph.compute("march", &MARCH).read("view", &view).write("film", &film).over_film(size).await?`.
 //! The names are checked against the shader's own reflection, so a pass that forgets, invents or confuses a binding is
 //! an error that names pass and binding. Recording makes pipelines and bind groups; executing allocates nothing.
 
@@ -42,11 +42,7 @@ struct Pass {
 impl<'a> Graph<'a> {
     /// An empty list.
     pub fn new(gpu: &'a Gpu) -> Self {
-        let tile = gpu.buffer(
-            "tile",
-            wgpu::BufferUsages::UNIFORM,
-            &Tile { origin: glam::UVec2::ZERO, size: glam::UVec2::ZERO },
-        );
+        let tile = gpu.buffer("tile", &Tile { origin: glam::UVec2::ZERO, size: glam::UVec2::ZERO });
         Self { gpu, passes: Vec::new(), tile }
     }
 
@@ -55,7 +51,7 @@ impl<'a> Graph<'a> {
         self.gpu
     }
 
-    /// The uniform that tells a pass over the film which part of it a dispatch covers.
+    /// The buffer that tells a pass over the film which part of it a dispatch covers.
     pub fn tile(&self) -> wgpu::Buffer {
         self.tile.clone()
     }
@@ -67,7 +63,7 @@ impl<'a> Graph<'a> {
 
     /// Appends every pass to the encoder's commands, each with its GPU time, for one tile of the film.
     pub fn execute(&self, encoder: &mut wgpu::CommandEncoder, tile: Tile, profiler: &wgpu_profiler::GpuProfiler) {
-        let mut bytes = encase::UniformBuffer::new([0u8; 16]);
+        let mut bytes = encase::StorageBuffer::new([0u8; 16]);
         bytes.write(&tile).expect("a tile is 16 bytes");
         self.gpu.queue.write_buffer(&self.tile, 0, &bytes.into_inner());
         let mut scope = profiler.scope("frame", encoder);
@@ -95,12 +91,6 @@ impl ComputePass<'_, '_> {
     /// Specialises the shader: the value of one of its `override`s.
     pub fn constant(mut self, name: &'static str, value: impl Into<f64>) -> Self {
         self.constants.push((name, value.into()));
-        self
-    }
-
-    /// A uniform buffer.
-    pub fn uniform(mut self, name: &'static str, buffer: &wgpu::Buffer) -> Self {
-        self.bindings.uniform(name, buffer);
         self
     }
 

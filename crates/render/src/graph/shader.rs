@@ -24,8 +24,6 @@ pub(crate) use shader;
 /// What a shader expects at a binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BindingKind {
-    /// A uniform buffer.
-    Uniform,
     /// A buffer that is read.
     StorageRead,
     /// A buffer that is written.
@@ -75,8 +73,7 @@ impl Shader {
         let mut bindings = Vec::new();
         for (handle, variable) in module.global_variables.iter() {
             let Some(place) = variable.binding else { continue };
-            let used =
-                (0..module.entry_points.len()).any(|entry| !info.get_entry_point(entry)[handle].is_empty());
+            let used = (0..module.entry_points.len()).any(|entry| !info.get_entry_point(entry)[handle].is_empty());
             if !used {
                 continue;
             }
@@ -88,7 +85,7 @@ impl Shader {
             let Some(kind) = binding_kind(inner, variable.space) else {
                 return Err(invalid(format!("binding `{name}` is of a kind that passes cannot bind: {inner:?}")));
             };
-            let buffer = matches!(kind, BindingKind::Uniform | BindingKind::StorageRead | BindingKind::StorageWrite);
+            let buffer = matches!(kind, BindingKind::StorageRead | BindingKind::StorageWrite);
             let size = if buffer { u64::from(inner.size(module.to_ctx())) } else { 0 };
             bindings.push(Reflected { name, binding: place.binding, kind, size });
         }
@@ -99,7 +96,6 @@ impl Shader {
 
 fn binding_kind(inner: &TypeInner, space: AddressSpace) -> Option<BindingKind> {
     Some(match (space, inner) {
-        (AddressSpace::Uniform, _) => BindingKind::Uniform,
         (AddressSpace::Storage { access }, _) if access.contains(StorageAccess::STORE) => BindingKind::StorageWrite,
         (AddressSpace::Storage { .. }, _) => BindingKind::StorageRead,
         (_, TypeInner::Sampler { .. }) => BindingKind::Sampler,

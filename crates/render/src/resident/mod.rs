@@ -15,9 +15,9 @@ use crate::{Gpu, RenderError};
 /// A world on the device. It keeps no voxels on the host: the [`World`] may be dropped.
 #[derive(Debug)]
 pub struct Resident {
-    /// The camera and the film, as a uniform.
+    /// The camera and the film, as a buffer.
     pub view: wgpu::Buffer,
-    /// [`VolumeArray`], as a uniform.
+    /// [`VolumeArray`], as a buffer.
     pub volumes: wgpu::Buffer,
     /// A 3D texture a volume; volumes without voxels, and places without a volume, have a texture of one voxel.
     pub grids: Vec<wgpu::Texture>,
@@ -60,8 +60,8 @@ impl Resident {
         let view = View::new(&world.scene.camera, film, environment);
         let uploaded = volume::upload(gpu, &world.volumes).await?;
         Ok(Self {
-            view: gpu.buffer("view", wgpu::BufferUsages::UNIFORM, &view),
-            volumes: gpu.buffer("volumes", wgpu::BufferUsages::UNIFORM, &VolumeArray::new(&world.volumes)),
+            view: gpu.buffer("view", &view),
+            volumes: gpu.buffer("volumes", &VolumeArray::new(&world.volumes)),
             grids: uploaded.grids,
             transfers: uploaded.transfers,
             linear: gpu.device.create_sampler(&wgpu::SamplerDescriptor {

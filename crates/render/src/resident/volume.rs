@@ -43,7 +43,7 @@ pub struct Volume {
     pub transfer: Vec2,
 }
 
-/// The uniform `volumes`.
+/// The buffer `volumes`.
 #[derive(Clone, Copy, Debug, encase::ShaderType)]
 pub struct VolumeArray {
     volumes: [Volume; MAX_VOLUMES],
@@ -176,11 +176,8 @@ pub(super) async fn upload(gpu: &Gpu, volumes: &[tyndall_scene::Volume]) -> Resu
         };
         grids.push(upload_grid(gpu, grid).await?);
     }
-    let size = wgpu::Extent3d {
-        width: TRANSFER_ENTRIES,
-        height: volumes.len().max(1) as u32,
-        depth_or_array_layers: 1,
-    };
+    let size =
+        wgpu::Extent3d { width: TRANSFER_ENTRIES, height: volumes.len().max(1) as u32, depth_or_array_layers: 1 };
     let transfers = gpu
         .texture(&descriptor("transfers", size, wgpu::TextureDimension::D2, wgpu::TextureFormat::Rgba32Float))
         .await?;

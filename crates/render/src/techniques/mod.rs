@@ -6,9 +6,9 @@ use std::pin::Pin;
 
 use tyndall_scene::parameter::{Parameter, Settings};
 
+use crate::RenderError;
 use crate::graph::Graph;
 use crate::resident::Resident;
-use crate::RenderError;
 
 /// Every technique, the default first.
 pub const TECHNIQUES: &[Technique] = &[march::TECHNIQUE];

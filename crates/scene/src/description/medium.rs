@@ -103,11 +103,7 @@ impl Optics {
         match self {
             Optics::Coefficients { sigma_s, sigma_a, emission, .. } => {
                 let density = value.max(0.0);
-                Coefficients {
-                    sigma_s: sigma_s * density,
-                    sigma_a: sigma_a * density,
-                    emission: emission * density,
-                }
+                Coefficients { sigma_s: sigma_s * density, sigma_a: sigma_a * density, emission: emission * density }
             }
             Optics::Transfer(transfer) => {
                 let Stop { opacity, color, .. } = transfer.stop(value);

@@ -181,9 +181,7 @@ impl<'de> Visitor<'de> for Triple {
     fn visit_seq<A: de::SeqAccess<'de>>(self, mut seq: A) -> Result<Vec3, A::Error> {
         let mut value = [0.0f32; 3];
         for (i, slot) in value.iter_mut().enumerate() {
-            *slot = seq
-                .next_element::<f32>()?
-                .ok_or_else(|| de::Error::invalid_length(i, &self.accepted))?;
+            *slot = seq.next_element::<f32>()?.ok_or_else(|| de::Error::invalid_length(i, &self.accepted))?;
         }
         if seq.next_element::<de::IgnoredAny>()?.is_some() {
             return Err(de::Error::invalid_length(4, &self.accepted));

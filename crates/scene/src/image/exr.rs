@@ -7,8 +7,8 @@
 //! | channel `samples` (uint) | `statistics.samples` |
 //! | text attributes `tyndall:NAME` | `attributes["NAME"]` |
 //!
-//! Written with ZIP compression and no `chromaticities`, which by the OpenEXR standard means Rec. 709. Attributes stand in
-//! the file in no fixed order, so two files of one image hold the same, but may differ in their bytes.
+//! Written with ZIP compression and no `chromaticities`, which by the OpenEXR standard means Rec. 709. Attributes stand
+//! in the file in no fixed order, so two files of one image hold the same, but may differ in their bytes.
 
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -80,8 +80,8 @@ pub fn encode(image: &Image) -> Result<Vec<u8>, ImageError> {
 }
 
 /// Decodes the first layer that has the channels `R`, `G` and `B`, whatever program wrote it: half, float or uint, scan
-/// lines or tiles (the largest level), any compression but the lossy B44 and DWA. Alpha and other channels are ignored; the size is that of the data
-/// window. NaN and infinite pixels are kept.
+/// lines or tiles (the largest level), any compression but the lossy B44 and DWA. Alpha and other channels are ignored;
+/// the size is that of the data window. NaN and infinite pixels are kept.
 ///
 /// The header is checked against [`MAX_PIXELS`] and against the length of `bytes` before the pixels are allocated.
 ///
@@ -89,8 +89,8 @@ pub fn encode(image: &Image) -> Result<Vec<u8>, ImageError> {
 /// [`ImageError::Exr`] for damaged data, missing or subsampled channels, lossy compression, or primaries other than
 /// Rec. 709; [`ImageError::Empty`], [`ImageError::TooLarge`] or [`ImageError::Expansion`] for absurd sizes.
 pub fn decode(bytes: &[u8]) -> Result<Image, ImageError> {
-    // The decoder panics on some damaged files (overflow in sizes). Its state is dropped with the panic, so nothing broken
-    // is seen afterwards. It is kept on this thread, since a panic in a thread pool ends the process.
+    // The decoder panics on some damaged files (overflow in sizes). Its state is dropped with the panic, so nothing
+    // broken is seen afterwards. It is kept on this thread, since a panic in a thread pool ends the process.
     catch_unwind(AssertUnwindSafe(|| decode_checked(bytes)))
         .unwrap_or_else(|_| Err(ImageError::Exr("the data are damaged".to_owned())))
 }

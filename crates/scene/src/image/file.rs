@@ -9,8 +9,8 @@ use super::{Image, ImageError, Picture, exr, png, tonemap};
 /// the same directory is written, flushed to the disk, then renamed.
 ///
 /// # Errors
-/// [`ImageError::Io`] with the path if any step fails (full disk, missing directory, ...); `path` is then untouched and the
-/// temporary file removed.
+/// [`ImageError::Io`] with the path if any step fails (full disk, missing directory, ...); `path` is then untouched and
+/// the temporary file removed.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     let write = || -> std::io::Result<()> {
         let directory = match path.parent() {
@@ -40,8 +40,8 @@ impl Image {
         in_file(path, exr::decode(&read_bytes(path)?))
     }
 
-    /// Writes to `path` by its extension: `.exr` holds the linear image with its statistics and attributes; `.png` shows it
-    /// after `exposure` [EV, used for PNG only] and [`tonemap::agx`].
+    /// Writes to `path` by its extension: `.exr` holds the linear image with its statistics and attributes; `.png`
+    /// shows it after `exposure` [EV, used for PNG only] and [`tonemap::agx`].
     ///
     /// # Errors
     /// [`ImageError::UnknownExtension`] for any other extension, what the encoder reports, and [`ImageError::Io`].

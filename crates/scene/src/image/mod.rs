@@ -47,8 +47,8 @@ pub struct Image {
 /// Monte Carlo statistics of the pixels of an [`Image`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Statistics {
-    /// Unbiased variance of *one* sample [(W·sr⁻¹·m⁻²)²], a value a channel. The pixel is a mean of independent samples,
-    /// so its own variance is `variance / samples`.
+    /// Unbiased variance of *one* sample [(W·sr⁻¹·m⁻²)²], a value a channel. The pixel is a mean of independent
+    /// samples, so its own variance is `variance / samples`.
     pub variance: Vec<[f32; 3]>,
     /// Samples taken in each pixel.
     pub samples: Vec<u32>,
@@ -65,7 +65,8 @@ pub struct DisplayImage {
     pub pixels: Vec<[f32; 3]>,
 }
 
-/// An image file's content: an EXR holds radiance, a PNG holds what a screen shows, and neither can stand for the other.
+/// An image file's content: an EXR holds radiance, a PNG holds what a screen shows, and neither can stand for the
+/// other.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Picture {
     /// Radiance, from an EXR.

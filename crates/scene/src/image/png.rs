@@ -29,8 +29,8 @@ pub fn encode(image: &DisplayImage) -> Result<Vec<u8>, ImageError> {
 /// Alpha is dropped, since a finished picture is opaque. `gAMA` and `iCCP` chunks are not read: sRGB is assumed.
 ///
 /// # Errors
-/// [`ImageError::Png`] for damaged data, [`ImageError::Empty`], [`ImageError::TooLarge`] or [`ImageError::Expansion`] for
-/// absurd sizes.
+/// [`ImageError::Png`] for damaged data, [`ImageError::Empty`], [`ImageError::TooLarge`] or [`ImageError::Expansion`]
+/// for absurd sizes.
 pub fn decode(bytes: &[u8]) -> Result<DisplayImage, ImageError> {
     let failed = |error: ::image::ImageError| ImageError::Png(error.to_string());
     let mut decoder = PngDecoder::new(Cursor::new(bytes)).map_err(failed)?;

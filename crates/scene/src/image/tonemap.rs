@@ -1,9 +1,10 @@
 //! From linear radiance to what a screen shows: exposure, then AgX, then the sRGB transfer function.
 //!
-//! AgX is Troy Sobotka's view transform [Sobotka22]: colours are first pulled towards grey (the inset), then every channel
-//! runs through a sigmoid over 16.5 stops of log₂ exposure, then the inset is undone. Very bright saturated light so goes
-//! to white, as film and eye have it, instead of clipping to a pure primary. The sigmoid is Benjamin Wrensch's polynomial
-//! of degree six fitted to the "base" look [Wrensch23], <https://iolite-engine.com/blog_posts/minimal_agx_implementation>.
+//! AgX is Troy Sobotka's view transform [Sobotka22]: colours are first pulled towards grey (the inset), then every
+//! channel runs through a sigmoid over 16.5 stops of log₂ exposure, then the inset is undone. Very bright saturated
+//! light so goes to white, as film and eye have it, instead of clipping to a pure primary. The sigmoid is Benjamin
+//! Wrensch's polynomial of degree six fitted to the "base" look [Wrensch23],
+//! <https://iolite-engine.com/blog_posts/minimal_agx_implementation>.
 //!
 //! 18 % grey comes out at 0.50 (sRGB-encoded), 2^-12.47 and darker at 0, 2^4.03 = 16.3 and brighter at 0.999.
 
@@ -47,11 +48,11 @@ pub fn srgb_decode(encoded: f32) -> f32 {
 
 /// AgX of one pixel.
 ///
-/// Input: linear Rec. 709 after exposure, 1 being the radiance shown as diffuse white; negative and NaN channels count as
-/// 0. Output: sRGB-encoded display values (Rec. 709 primaries, IEC 61966-2-1 transfer) in 0..=1, never NaN.
+/// Input: linear Rec. 709 after exposure, 1 being the radiance shown as diffuse white; negative and NaN channels count
+/// as 0. Output: sRGB-encoded display values (Rec. 709 primaries, IEC 61966-2-1 transfer) in 0..=1, never NaN.
 ///
-/// The polynomial's own output is meant for a pure 2.2 power display; it is made linear with that power and encoded anew,
-/// so that the result is right for the sRGB transfer function that PNG viewers and sRGB swap chains assume.
+/// The polynomial's own output is meant for a pure 2.2 power display; it is made linear with that power and encoded
+/// anew, so that the result is right for the sRGB transfer function that PNG viewers and sRGB swap chains assume.
 #[must_use]
 pub fn agx(rgb: Vec3) -> Vec3 {
     // NaN is not greater than 0 either.

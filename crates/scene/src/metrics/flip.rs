@@ -1,8 +1,9 @@
 //! FLIP: what an observer notices when flipping between two pictures [Andersson20].
 //!
-//! The colour pipeline blurs both pictures as the eye does at the viewing distance (contrast sensitivity, in the opponent
-//! space YCxCz), then takes their distance in Hunt-adjusted L*a*b*. The feature pipeline compares edges and points. A pixel
-//! error is the colour error raised to one minus the feature error, so that visible structure amplifies it.
+//! The colour pipeline blurs both pictures as the eye does at the viewing distance (contrast sensitivity, in the
+//! opponent space YCxCz), then takes their distance in Hunt-adjusted L*a*b*. The feature pipeline compares edges and
+//! points. A pixel error is the colour error raised to one minus the feature error, so that visible structure amplifies
+//! it.
 //!
 //! Agrees with NVIDIA's own implementation (crate `nv-flip`) to 2e-4 in every pixel, see the tests.
 

@@ -5,7 +5,8 @@
 //! - rmse = √(Σ(a−b)² / N)
 //! - relative rmse = √(Σ(a−b)² / Σb²)
 //! - noise = √(Σ v/n / Σb²), the relative rmse that the image's (or the reference's) own noise alone would cause
-//! - relative bias = √(max(0, Σ((a−b)² − v_a/n_a − v_b/n_b)) / Σb²), since E(a−b)² is the squared bias plus both variances
+//! - relative bias = √(max(0, Σ((a−b)² − v_a/n_a − v_b/n_b)) / Σb²), since E(a−b)² is the squared bias plus both
+//!   variances
 
 use rayon::prelude::*;
 
@@ -20,11 +21,11 @@ pub struct LinearErrors {
     pub relative_rmse: f64,
     /// The part of `relative_rmse` that the image's own noise explains; absent without its statistics.
     pub noise: Option<f64>,
-    /// The part of `relative_rmse` that the reference's noise explains; absent without its statistics. An error near this
-    /// says more of the reference than of the image.
+    /// The part of `relative_rmse` that the reference's noise explains; absent without its statistics. An error near
+    /// this says more of the reference than of the image.
     pub reference_noise: Option<f64>,
-    /// `relative_rmse` after the known variances are taken out: what more samples would not mend. 0 if noise explains all;
-    /// absent if neither image has statistics. If only one has, the other's noise counts as bias.
+    /// `relative_rmse` after the known variances are taken out: what more samples would not mend. 0 if noise explains
+    /// all; absent if neither image has statistics. If only one has, the other's noise counts as bias.
     pub relative_bias: Option<f64>,
 }
 

@@ -145,8 +145,8 @@ pub enum MetricError {
 
 /// Measures `image` against `reference`.
 ///
-/// If both are linear, all measures are given; the z-test needs statistics in both. If either is display-referred (a PNG),
-/// both are compared as a screen shows them, and `linear` and `z_test` are absent.
+/// If both are linear, all measures are given; the z-test needs statistics in both. If either is display-referred (a
+/// PNG), both are compared as a screen shows them, and `linear` and `z_test` are absent.
 ///
 /// # Errors
 /// [`MetricError`] for different sizes, empty pictures, values that are not finite, and options out of range.

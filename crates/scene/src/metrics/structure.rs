@@ -12,8 +12,8 @@ const SIGMA: f32 = 1.5;
 const C1: f64 = 0.01 * 0.01;
 const C2: f64 = 0.03 * 0.03;
 
-/// Peak signal-to-noise ratio [dB]: −10 log₁₀ of the mean squared difference over pixels and channels, the peak being 1.
-/// Infinite if `a` equals `b`.
+/// Peak signal-to-noise ratio [dB]: −10 log₁₀ of the mean squared difference over pixels and channels, the peak being
+/// 1. Infinite if `a` equals `b`.
 #[must_use]
 pub fn psnr_db(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
     let (a, b) = (a.as_flattened(), b.as_flattened());
@@ -23,8 +23,9 @@ pub fn psnr_db(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
 
 /// Mean structural similarity [Wang04 (13), (17)] of the luma (Rec. 709 weights on sRGB-encoded values), −1..=1.
 ///
-/// Gaussian window of 11×11 pixels, σ = 1.5, K₁ = 0.01, K₂ = 0.03, over the pixels whose window lies wholly inside. Where
-/// the image is smaller than the window, the window shrinks in that direction to the largest odd length that fits.
+/// Gaussian window of 11×11 pixels, σ = 1.5, K₁ = 0.01, K₂ = 0.03, over the pixels whose window lies wholly inside.
+/// Where the image is smaller than the window, the window shrinks in that direction to the largest odd length that
+/// fits.
 #[must_use]
 pub fn ssim(a: &[[f32; 3]], b: &[[f32; 3]], width: usize) -> f64 {
     let height = a.len() / width;

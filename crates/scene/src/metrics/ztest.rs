@@ -2,21 +2,22 @@
 //!
 //! If both images estimate the same radiance, the difference of two means divided by its standard deviation,
 //! z = (a − b) / √(v_a/n_a + v_b/n_b), is nearly normal with variance 1. Each block of pixels and each channel is one
-//! test; all of them together may fail a right renderer with probability [`ALPHA`] at most (Šidák's correction: of m tests
-//! each is held to 1 − (1 − α)^(1/m)). After Mitsuba 3's render tests and [Subr07].
+//! test; all of them together may fail a right renderer with probability [`ALPHA`] at most (Šidák's correction: of m
+//! tests each is held to 1 − (1 − α)^(1/m)). After Mitsuba 3's render tests and [Subr07].
 //!
 //! - Samples of a path tracer are skewed (few, bright), and a mean of few of them is not normal; so pixels are first
 //!   averaged over blocks. At least 16 samples a pixel should stand behind the variances.
-//! - Channels are tested one by one, since variances a channel do not say the variance of a luminance. They rise and fall
-//!   together, which makes the correction slightly too lenient towards the renderer, never too strict.
-//! - A difference of [`ROUNDING`] times the larger value is no evidence: it is taken off before the division. Without any
-//!   noise a difference beyond that is an infinite z.
+//! - Channels are tested one by one, since variances a channel do not say the variance of a luminance. They rise and
+//!   fall together, which makes the correction slightly too lenient towards the renderer, never too strict.
+//! - A difference of [`ROUNDING`] times the larger value is no evidence: it is taken off before the division. Without
+//!   any noise a difference beyond that is an infinite z.
 
 use crate::image::{Image, Statistics};
 
 /// Probability that a right image fails, over all its blocks and channels together.
 pub const ALPHA: f64 = 0.01;
-/// Default side of the blocks that are averaged before the test [pixel]; those at the right and lower edge may be smaller.
+/// Default side of the blocks that are averaged before the test [pixel]; those at the right and lower edge may be
+/// smaller.
 pub const BLOCK: u32 = 8;
 /// Relative difference that is put down to `f32` arithmetic.
 pub const ROUNDING: f64 = 1e-5;
@@ -40,8 +41,8 @@ pub struct ZTest {
     pub y: u32,
     /// Number of tests: blocks times channels.
     pub tests: usize,
-    /// Mean z² over the tests that have noise; near 1 if the variances are right, well below if they are overestimated (as
-    /// for stratified samples), above if the images differ. Absent if nothing has noise.
+    /// Mean z² over the tests that have noise; near 1 if the variances are right, well below if they are overestimated
+    /// (as for stratified samples), above if the images differ. Absent if nothing has noise.
     pub mean_z_squared: Option<f64>,
 }
 

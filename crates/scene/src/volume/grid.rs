@@ -12,7 +12,7 @@ pub struct Grid {
     pub dims: [u32; 3],
     /// `dims[0] * dims[1] * dims[2]` finite values, in the file's unit.
     pub voxels: Voxels,
-    /// Maps index coordinates to the file's world [m]; affine and invertible.
+    /// Maps index coordinates to the file's world \[m\]; affine and invertible.
     pub world_from_index: Mat4,
 }
 
@@ -93,8 +93,8 @@ pub(super) struct Filled<T> {
     pub exact: bool,
 }
 
-/// Loads as [`Voxels::F16`] where that loses nothing, else as [`Voxels::F32`]. What the first attempt had is freed before
-/// the second begins, so that the two never need memory together.
+/// Loads as [`Voxels::F16`] where that loses nothing, else as [`Voxels::F32`]. What the first attempt had is freed
+/// before the second begins, so that the two never need memory together.
 pub(super) fn smallest(
     f16s: impl FnOnce() -> Result<Filled<f16>, VolumeError>,
     f32s: impl FnOnce() -> Result<Filled<f32>, VolumeError>,

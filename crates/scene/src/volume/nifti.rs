@@ -1,7 +1,7 @@
 //! Reads a NIfTI-1 volume into a dense grid.
 //!
-//! Source of the format: nifti1.h, <https://nifti.nimh.nih.gov/pub/dist/src/niftilib/nifti1.h>. The crate `nifti` parses the
-//! header; the voxels are streamed here, since the crate would allocate whatever the header says.
+//! Source of the format: nifti1.h, <https://nifti.nimh.nih.gov/pub/dist/src/niftilib/nifti1.h>. The crate `nifti`
+//! parses the header; the voxels are streamed here, since the crate would allocate whatever the header says.
 
 use std::io::{ErrorKind, Read};
 
@@ -25,9 +25,9 @@ const MAX_DEFLATE_RATIO: u64 = 1032;
 
 /// Reads a NIfTI-1 file, `.nii` or `.nii.gz`, that holds one scalar volume.
 ///
-/// Values are `scl_slope * stored + scl_inter` (as stored where the slope is 0), in the file's unit, rounded to 32 bits.
-/// The world is the file's (x to the right, y to the front, z up of a patient), in metres: by the sform where there is
-/// one, else by the qform, else by the voxels' spacing alone. Lengths without a unit are taken as millimetres.
+/// Values are `scl_slope * stored + scl_inter` (as stored where the slope is 0), in the file's unit, rounded to 32
+/// bits. The world is the file's (x to the right, y to the front, z up of a patient), in metres: by the sform where
+/// there is one, else by the qform, else by the voxels' spacing alone. Lengths without a unit are taken as millimetres.
 ///
 /// Errors: any [`VolumeError`] but those of VDB. Accepted are integers of 8, 16, 32 bits and floats of 32, 64 bits, in
 /// either byte order.
@@ -245,8 +245,8 @@ fn start(header: &NiftiHeader) -> Result<u64, VolumeError> {
     }
 }
 
-/// Errors: [`VolumeError::Unsupported`] for a unit that is none of length; [`VolumeError::Corrupt`] for a spacing that is
-/// not positive, or a matrix that is not invertible.
+/// Errors: [`VolumeError::Unsupported`] for a unit that is none of length; [`VolumeError::Corrupt`] for a spacing that
+/// is not positive, or a matrix that is not invertible.
 fn world_from_index(header: &NiftiHeader, dims: [u64; 3]) -> Result<Mat4, VolumeError> {
     let metres = match header.xyzt_units & 7 {
         0 | 2 => 1e-3,

@@ -11,7 +11,8 @@ use super::{Budget, Grid, VolumeError, Voxels};
 /// Room for every fixture, and for what a damaged one may grow into.
 pub const BUDGET: Budget = Budget(32 << 20);
 
-/// A file of `$TYNDALL_DATA`, or of the folder `shared/data` beside the workspace; `None`, and a word on it, without one.
+/// A file of `$TYNDALL_DATA`, or of the folder `shared/data` beside the workspace; `None`, and a word on it, without
+/// one.
 pub fn data(name: &str) -> Option<Vec<u8>> {
     let folder = std::env::var_os("TYNDALL_DATA")
         .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"), PathBuf::from);

@@ -70,7 +70,7 @@ pub const TECHNIQUE: Technique = Technique {
 
 static MARCH: Shader = shader!("techniques/march/march");
 
-/// The uniform `march`.
+/// The buffer `march`.
 #[derive(Clone, Copy, Debug, encase::ShaderType)]
 pub(crate) struct March {
     step: f32,
@@ -80,7 +80,7 @@ pub(crate) struct March {
     lights: u32,
 }
 
-/// The storage buffer `lights`.
+/// The buffer `lights`.
 #[derive(Debug, encase::ShaderType)]
 struct Lights {
     #[shader(size(runtime))]
@@ -100,8 +100,8 @@ async fn record(Recording { graph, resident, settings, film }: Recording<'_, '_>
         samples: settings.number("samples") as u32,
         lights: lights.len() as u32,
     };
-    let march = gpu.buffer("march", wgpu::BufferUsages::UNIFORM, &march);
-    let lights = gpu.buffer("lights", wgpu::BufferUsages::STORAGE, &Lights { lights });
+    let march = gpu.buffer("march", &march);
+    let lights = gpu.buffer("lights", &Lights { lights });
     let tile = graph.tile();
     let traits = resident.traits;
     let mut pass = graph
@@ -112,10 +112,10 @@ async fn record(Recording { graph, resident, settings, film }: Recording<'_, '_>
         .constant("TRANSFERS", traits.transfers)
         .constant("EMISSION", model != "absorption")
         .constant("SCATTERING", scattering)
-        .uniform("view", &resident.view)
-        .uniform("tile", &tile)
-        .uniform("march", &march)
-        .uniform("volumes", &resident.volumes)
+        .read("view", &resident.view)
+        .read("tile", &tile)
+        .read("march", &march)
+        .read("volumes", &resident.volumes)
         .read("lights", &lights)
         .read("transfers", &resident.transfers)
         .read("linear", &resident.linear)

@@ -1,9 +1,9 @@
 //! Decompresses chunks of Blosc 1, as OpenVDB writes them.
 //!
-//! Source of the format: c-blosc, README_CHUNK_FORMAT.rst. A chunk is a header of 16 bytes, the start of every block, and
-//! the blocks. A block is one stream, or one for each byte of a value ("split"); a stream follows its length, and is
-//! stored as it is where that length is that of its content. A filter ("shuffle") may have put the first bytes of all
-//! values first, then the second ones, and so on.
+//! Source of the format: c-blosc, README_CHUNK_FORMAT.rst. A chunk is a header of 16 bytes, the start of every block,
+//! and the blocks. A block is one stream, or one for each byte of a value ("split"); a stream follows its length, and
+//! is stored as it is where that length is that of its content. A filter ("shuffle") may have put the first bytes of
+//! all values first, then the second ones, and so on.
 
 use std::io::Read;
 
@@ -151,8 +151,9 @@ pub(super) fn zlib(stream: &[u8], out: &mut [u8]) -> bool {
     decoder.read_exact(out).is_ok() && matches!(decoder.read(&mut [0]), Ok(0))
 }
 
-/// Decompresses BloscLZ, an LZ77 of whole bytes: an instruction below 32 copies that many bytes and one from the stream;
-/// any other repeats bytes of the output, its upper three bits the length, its lower five and the next byte the distance.
+/// Decompresses BloscLZ, an LZ77 of whole bytes: an instruction below 32 copies that many bytes and one from the
+/// stream; any other repeats bytes of the output, its upper three bits the length, its lower five and the next byte the
+/// distance.
 fn blosclz(stream: &[u8], out: &mut [u8]) -> Option<()> {
     /// The largest distance of a short match less one; a long match counts from there.
     const FAR: usize = 8191;

@@ -32,11 +32,11 @@ const TREE: &str = "Tree_float_5_4_3";
 ///
 /// The result spans the bounding box of the active voxels (and active tiles), and one voxel more on each side, which
 /// holds the background, so that interpolation falls off to it. Inactive voxels in the box have the value that the tree
-/// gives them. A grid without active voxels gives one voxel of background, at index (0, 0, 0). A world unit is taken as a
-/// metre; VDB files do not say. Where several grids have the name, the first is read; `name[1]` names the second.
+/// gives them. A grid without active voxels gives one voxel of background, at index (0, 0, 0). A world unit is taken as
+/// a metre; VDB files do not say. Where several grids have the name, the first is read; `name[1]` names the second.
 ///
-/// Errors: any [`VolumeError`] but [`VolumeError::NotNifti`]. Accepted are grids of 32-bit floats, also those stored with
-/// 16 bits, under an affine transform, uncompressed or by zip or Blosc (blosclz, lz4, zlib).
+/// Errors: any [`VolumeError`] but [`VolumeError::NotNifti`]. Accepted are grids of 32-bit floats, also those stored
+/// with 16 bits, under an affine transform, uncompressed or by zip or Blosc (blosclz, lz4, zlib).
 pub fn read_vdb(bytes: &[u8], grid: &str, budget: Budget) -> Result<Grid, VolumeError> {
     let archive = Archive::read(bytes)?;
     let descriptor = archive.find(grid)?;

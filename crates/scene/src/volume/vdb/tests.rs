@@ -164,7 +164,7 @@ fn blosc_chunks_of_all_codecs() {
 
 /// The numbers are those that OpenVDB 10.0 gives.
 #[test]
-fn smoke_from_houdini() {
+fn smoke_with_half_floats() {
     let Some(bytes) = data("smoke.vdb") else { return };
     assert_eq!(vdb_grid_names(&bytes).unwrap(), ["density", "temperature"]);
     let grid = read_vdb(&bytes, "density", BUDGET).unwrap();

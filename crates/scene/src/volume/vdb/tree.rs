@@ -1,7 +1,7 @@
 //! Walks the tree of a VDB grid: a root, nodes of 32³ nodes of 16³ leaves of 8³ voxels.
 //!
-//! Source of the format: OpenVDB, tree/RootNode.h, tree/InternalNode.h, tree/LeafNode.h. A file has the shape of the tree
-//! first, with the values of tiles (cubes of one value, in place of a child), and then the values of all leaves.
+//! Source of the format: OpenVDB, tree/RootNode.h, tree/InternalNode.h, tree/LeafNode.h. A file has the shape of the
+//! tree first, with the values of tiles (cubes of one value, in place of a child), and then the values of all leaves.
 
 use super::cursor::Cursor;
 use super::values::{Encoding, Mask, ValueReader, count_on, is_on, read_mask};
@@ -50,8 +50,8 @@ impl<'a> Tree<'a> {
 
     /// Shows every tile and leaf to `visit`, leaves in the order of their values; gives the position of those values.
     ///
-    /// Errors: those of `visit`, and [`VolumeError`]s of a malformed tree. Tiles of the root come first; all others, and
-    /// all leaves, are disjoint.
+    /// Errors: those of `visit`, and [`VolumeError`]s of a malformed tree. Tiles of the root come first; all others,
+    /// and all leaves, are disjoint.
     pub fn walk(&self, visit: &mut impl Visit) -> Result<Cursor<'a>, VolumeError> {
         let mut walk = Walk {
             cursor: self.start.clone(),

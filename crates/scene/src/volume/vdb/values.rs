@@ -72,8 +72,9 @@ impl ValueReader {
     ///
     /// Errors: [`VolumeError::Truncated`], [`VolumeError::Corrupt`], [`VolumeError::Unsupported`].
     pub fn read(&mut self, cursor: &mut Cursor, active: &Mask, out: &mut [f32]) -> Result<(), VolumeError> {
-        // 0: inactive values are the background; 1: its negative; 2: one value; 3, 4, 5: a mask selects between the
-        // negative background, a value, or a value and the background, the background, or a second value; 6: all are stored.
+        // How inactive values are stored. 0: all are the background; 1: all are its negative; 2: all are one value.
+        // 3, 4, 5: a mask selects between the background's negative and the background, a value and the background, or
+        // two values. 6: like the active ones.
         let code = if self.encoding.node_codes { cursor.u8("a node's values")? } else { 6 };
         if code > 6 {
             return Err(VolumeError::corrupt(format!(
