@@ -49,49 +49,64 @@ impl<'a> Frame<'a> {
         self.graph.gpu().queue.write_buffer(&self.resident.view, 0, &bytes.into_inner());
     }
 
-    /// Appends the passes that fill the film to the encoder's commands.
-    pub fn render(&mut self, encoder: &mut wgpu::CommandEncoder) {
+    /// Submits the passes that fill the film.
+    pub fn render(&mut self) {
+        for tile in self.tiles() {
+            self.render_tile(tile);
+        }
+    }
+
+    /// The tiles that make up the film.
+    pub(crate) fn tiles(&self) -> impl Iterator<Item = Tile> + use<> {
         let [width, height] = self.resident.film;
-        self.render_tile(encoder, Tile { origin: glam::UVec2::ZERO, size: glam::uvec2(width, height) });
+        let side = self.graph.gpu().tile_side();
+        let rows = (0..height).step_by(side as usize);
+        rows.flat_map(move |y| (0..width).step_by(side as usize).map(move |x| (x, y))).map(move |(x, y)| Tile {
+            origin: glam::uvec2(x, y),
+            size: glam::uvec2(side.min(width - x), side.min(height - y)),
+            round: 0,
+        })
     }
 
-    /// As [`render`](Self::render), for a part of the film. One tile a submission: the tile stands in a buffer.
-    pub(crate) fn render_tile(&mut self, encoder: &mut wgpu::CommandEncoder, tile: Tile) {
-        self.graph.execute(encoder, tile, &self.profiler);
-        self.profiler.resolve_queries(encoder);
+    /// As [`render`](Self::render), for a part of the film.
+    pub(crate) fn render_tile(&mut self, tile: Tile) {
+        self.graph.submit(tile, &mut self.profiler);
+        self.end_profile();
     }
 
-    /// Appends a pass that shows the film, tone-mapped, on a texture of the caller's: of the film's size, and of any
+    /// Submits a pass that shows the film, tone-mapped, on a texture of the caller's: of the film's size, and of any
     /// format that can be drawn to.
     ///
     /// # Errors
     /// A format that cannot be drawn to.
-    pub async fn show(
-        &mut self,
-        encoder: &mut wgpu::CommandEncoder,
-        target: &wgpu::Texture,
-    ) -> Result<(), RenderError> {
+    pub async fn show(&mut self, target: &wgpu::Texture) -> Result<(), RenderError> {
         let format = target.format();
         let display = match self.display.take() {
             Some((same, display)) if same == format => display,
             _ => Display::new(self.graph.gpu(), &self.film, format, self.exposure).await?,
         };
-        display.draw(encoder, &target.create_view(&Default::default()), &self.profiler);
-        self.profiler.resolve_queries(encoder);
+        let gpu = self.graph.gpu();
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        display.draw(&mut encoder, &target.create_view(&Default::default()), &self.profiler);
+        self.profiler.resolve_queries(&mut encoder);
+        gpu.queue.submit([encoder.finish()]);
+        self.end_profile();
         self.display = Some((format, display));
         Ok(())
     }
 
-    /// GPU times [s] of the passes submitted since the last call, by label, once the device has finished them. Empty on
-    /// a device without timestamps.
-    pub fn timings(&mut self) -> Vec<(String, f64)> {
-        let mut times = Vec::new();
+    fn end_profile(&mut self) {
         if let Err(error) = self.profiler.end_frame() {
             tracing::debug!("no pass times: {error}");
-            return times;
         }
+    }
+
+    /// GPU times [s] of passes that the device has finished since the last call, by label. Empty on a device without
+    /// timestamps.
+    pub fn timings(&mut self) -> Vec<(String, f64)> {
+        let mut times = Vec::new();
         let period = self.graph.gpu().queue.get_timestamp_period();
-        if let Some(queries) = self.profiler.process_finished_frame(period) {
+        while let Some(queries) = self.profiler.process_finished_frame(period) {
             collect(&queries, &mut times);
         }
         times

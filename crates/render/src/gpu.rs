@@ -149,6 +149,24 @@ impl Gpu {
         self.alive()
     }
 
+    /// Whether the adapter is a CPU driver.
+    fn on_cpu(&self) -> bool {
+        self.adapter.as_ref().is_some_and(|info| info.device_type == wgpu::DeviceType::Cpu)
+    }
+
+    /// How many pixels a side the film's tiles have: enough to fill a GPU, or few enough for a CPU driver to show
+    /// progress and be cancelled.
+    pub(crate) fn tile_side(&self) -> u32 {
+        if self.on_cpu() { 128 } else { 1024 }
+    }
+
+    /// How many loop iterations, of all its loops together, an invocation may make. Mesa's llvmpipe silently ends all
+    /// loops of an invocation after 65535; on a GPU a million takes far less than the seconds after which a driver
+    /// gives up.
+    pub(crate) fn iterations(&self) -> u32 {
+        if self.on_cpu() { 60_000 } else { 1_000_000 }
+    }
+
     /// Makes a texture; a lack of memory is an error that says what did not fit.
     pub(crate) async fn texture(&self, descriptor: &wgpu::TextureDescriptor<'_>) -> Result<wgpu::Texture, RenderError> {
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);

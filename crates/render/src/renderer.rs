@@ -7,11 +7,7 @@ use tyndall_scene::World;
 use tyndall_scene::image::Image;
 
 use crate::frame::Frame;
-use crate::graph::Tile;
 use crate::{Gpu, RenderError};
-
-/// Tiles are this many pixels a side: short enough for a driver's patience and for prompt cancellation.
-const TILE: u32 = 128;
 
 /// A finished picture and what it took.
 #[derive(Clone, Debug)]
@@ -34,32 +30,19 @@ pub async fn render(
     let mut frame = Frame::new(gpu, world).await?;
     let [width, height] = world.scene.film.size;
     let mut passes = BTreeMap::new();
-    let tiles = tiles(width, height);
-    for (done, tile) in tiles.iter().enumerate() {
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        frame.render_tile(&mut encoder, *tile);
-        gpu.queue.submit([encoder.finish()]);
+    let total = frame.tiles().count();
+    for (done, tile) in frame.tiles().enumerate() {
+        frame.render_tile(tile);
         gpu.wait()?;
         for (label, seconds) in frame.timings() {
             *passes.entry(label).or_insert(0.0) += seconds;
         }
-        if progress((done + 1) as f64 / tiles.len() as f64).is_break() {
+        if progress((done + 1) as f64 / total as f64).is_break() {
             return Err(RenderError::Interrupted);
         }
     }
     let pixels = read_film(gpu, frame.film()).await?;
     Ok(Rendering { image: Image { width, height, pixels, ..Default::default() }, passes })
-}
-
-fn tiles(width: u32, height: u32) -> Vec<Tile> {
-    let mut tiles = Vec::new();
-    for y in (0..height).step_by(TILE as usize) {
-        for x in (0..width).step_by(TILE as usize) {
-            let size = glam::uvec2(TILE.min(width - x), TILE.min(height - y));
-            tiles.push(Tile { origin: glam::uvec2(x, y), size });
-        }
-    }
-    tiles
 }
 
 /// Reads a `Rgba32Float` film back, without its opacity, in bands so that little memory is needed beside the image.

@@ -1,7 +1,7 @@
 //! A frame is a list of passes, recorded once and executed as often as one likes.
 //!
 //! A pass names its resources as its shader does:
-//! `graph.compute("march", &MARCH).read("view", &view).write("film", &film).over_film(size).await?`.
+//! `graph.compute("march", &MARCH).read("view", &view).write("film", &film).over_film(1).await?`.
 //! The names are checked against the shader's own reflection, so a pass that forgets, invents or confuses a binding is
 //! an error that names pass and binding. Recording makes pipelines and bind groups; executing allocates nothing.
 
@@ -12,15 +12,19 @@ pub use bindings::{BindingError, Bindings, Resource};
 pub(crate) use shader::shader;
 pub use shader::{BindingKind, Reflected, Reflection, Shader};
 
+use encase::ShaderSize;
+
 use crate::{Gpu, RenderError};
 
-/// A rectangle of the film, in pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, encase::ShaderType)]
+/// A rectangle of the film, in pixels, and which of a pass's rounds over it a dispatch is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, encase::ShaderType)]
 pub struct Tile {
     /// Its top left pixel.
     pub origin: glam::UVec2,
     /// Its width and height.
     pub size: glam::UVec2,
+    /// From 0.
+    pub round: u32,
 }
 
 /// A list of passes.
@@ -37,13 +41,13 @@ struct Pass {
     pipeline: wgpu::ComputePipeline,
     bind_group: wgpu::BindGroup,
     workgroup: [u32; 3],
+    rounds: u32,
 }
 
 impl<'a> Graph<'a> {
     /// An empty list.
     pub fn new(gpu: &'a Gpu) -> Self {
-        let tile = gpu.buffer("tile", &Tile { origin: glam::UVec2::ZERO, size: glam::UVec2::ZERO });
-        Self { gpu, passes: Vec::new(), tile }
+        Self { gpu, passes: Vec::new(), tile: gpu.buffer("tile", &Tile::default()) }
     }
 
     /// The device that the passes run on.
@@ -61,18 +65,25 @@ impl<'a> Graph<'a> {
         ComputePass { graph: self, name, shader, bindings: Bindings::default(), constants: Vec::new() }
     }
 
-    /// Appends every pass to the encoder's commands, each with its GPU time, for one tile of the film.
-    pub fn execute(&self, encoder: &mut wgpu::CommandEncoder, tile: Tile, profiler: &wgpu_profiler::GpuProfiler) {
-        let mut bytes = encase::StorageBuffer::new([0u8; 16]);
-        bytes.write(&tile).expect("a tile is 16 bytes");
-        self.gpu.queue.write_buffer(&self.tile, 0, &bytes.into_inner());
-        let mut scope = profiler.scope("frame", encoder);
+    /// Submits every pass for one tile of the film, a submission a round, each with its GPU time.
+    pub fn submit(&self, tile: Tile, profiler: &mut wgpu_profiler::GpuProfiler) {
         for pass in &self.passes {
-            let mut recorded = scope.scoped_compute_pass(pass.name);
-            recorded.set_pipeline(&pass.pipeline);
-            recorded.set_bind_group(0, &pass.bind_group, &[]);
-            let [x, y, _] = pass.workgroup;
-            recorded.dispatch_workgroups(tile.size.x.div_ceil(x), tile.size.y.div_ceil(y), 1);
+            for round in 0..pass.rounds {
+                let mut bytes = encase::StorageBuffer::new([0u8; Tile::SHADER_SIZE.get() as usize]);
+                bytes.write(&Tile { round, ..tile }).expect("the array has the tile's size");
+                self.gpu.queue.write_buffer(&self.tile, 0, &bytes.into_inner());
+                let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+                let mut scope = profiler.scope("frame", &mut encoder);
+                let mut recorded = scope.scoped_compute_pass(pass.name);
+                recorded.set_pipeline(&pass.pipeline);
+                recorded.set_bind_group(0, &pass.bind_group, &[]);
+                let [x, y, _] = pass.workgroup;
+                recorded.dispatch_workgroups(tile.size.x.div_ceil(x), tile.size.y.div_ceil(y), 1);
+                drop(recorded);
+                drop(scope);
+                profiler.resolve_queries(&mut encoder);
+                self.gpu.queue.submit([encoder.finish()]);
+            }
         }
     }
 }
@@ -106,11 +117,12 @@ impl ComputePass<'_, '_> {
         self
     }
 
-    /// Records the pass, one invocation a pixel of each tile executed.
+    /// Records the pass: one invocation a pixel of each tile, in so many rounds, one after the other. Rounds keep an
+    /// invocation short where its work has no bound: drivers end those that take too long.
     ///
     /// # Errors
     /// Names that do not match the shader's, and whatever the device refuses.
-    pub async fn over_film(self) -> Result<(), RenderError> {
+    pub async fn over_film(self, rounds: u32) -> Result<(), RenderError> {
         let Self { graph, name, shader, bindings, constants } = self;
         let reflection = shader.reflect()?;
         bindings.check(name, &reflection)?;
@@ -122,7 +134,7 @@ impl ComputePass<'_, '_> {
         if let Some(error) = scope.pop().await {
             return Err(RenderError::Pass { pass: name.into(), message: error.to_string() });
         }
-        graph.passes.push(Pass { name, pipeline, bind_group, workgroup });
+        graph.passes.push(Pass { name, pipeline, bind_group, workgroup, rounds });
         Ok(())
     }
 }

@@ -34,6 +34,8 @@ pub struct Resident {
     /// The shortest edge of a voxel in the world [m]; where no volume has voxels, 1/64 of the shortest edge of a
     /// volume. 1 for a world without volumes.
     pub voxel: f32,
+    /// The diagonal of the box around all volumes [m]: no ray runs further through them. 0 for a world without volumes.
+    pub diagonal: f32,
     /// The film's size in pixels.
     pub film: [u32; 2],
 }
@@ -74,6 +76,7 @@ impl Resident {
             lights,
             environment,
             voxel: volume::voxel_size(&world.volumes),
+            diagonal: volume::diagonal(&world.volumes),
             film,
         })
     }

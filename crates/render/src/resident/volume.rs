@@ -132,6 +132,18 @@ pub(super) fn voxel_size(volumes: &[tyndall_scene::Volume]) -> f32 {
     shortest(&voxels).or_else(|| shortest(&|_| Some(Vec3::splat(64.0)))).unwrap_or(1.0)
 }
 
+/// The diagonal of the box around all volumes [m].
+pub(super) fn diagonal(volumes: &[tyndall_scene::Volume]) -> f32 {
+    let corners = volumes.iter().flat_map(|volume| {
+        (0..8u32).map(|i| {
+            let corner = Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32);
+            volume.world_from_unit.transform_point3(corner)
+        })
+    });
+    let bounds = corners.map(|p| (p, p)).reduce(|(low, high), (p, _)| (low.min(p), high.max(p)));
+    bounds.map_or(0.0, |(low, high)| low.distance(high))
+}
+
 /// Holds the volumes against the device's limits, before anything is allocated.
 pub(super) fn check(gpu: &Gpu, volumes: &[tyndall_scene::Volume]) -> Result<(), RenderError> {
     if volumes.len() > MAX_VOLUMES {

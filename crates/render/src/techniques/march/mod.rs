@@ -21,7 +21,8 @@ use tyndall_scene::parameter::{Kind, Parameter};
 
 use super::{Recording, Technique};
 use crate::graph::{Shader, shader};
-use crate::resident::Light;
+use crate::resident::{Light, Resident};
+use crate::{Gpu, RenderError};
 
 /// Ray marching's declaration.
 pub const TECHNIQUE: Technique = Technique {
@@ -76,9 +77,17 @@ pub(crate) struct March {
     step: f32,
     light_step: f32,
     termination: f32,
-    samples: u32,
     lights: u32,
+    rounds: u32,
+    steps_per_round: u32,
+    samples: u32,
 }
+
+/// The most steps of a ray, as in `march.wesl`.
+const MAX_STEPS: u32 = 8192;
+
+/// Bytes of a `Path` in `march.wesl`.
+const PATH_BYTES: u64 = 48;
 
 /// The buffer `lights`.
 #[derive(Debug, encase::ShaderType)]
@@ -87,21 +96,35 @@ struct Lights {
     lights: Vec<Light>,
 }
 
-async fn record(Recording { graph, resident, settings, film }: Recording<'_, '_>) -> Result<(), crate::RenderError> {
+async fn record(Recording { graph, resident, settings, film }: Recording<'_, '_>) -> Result<(), RenderError> {
     let gpu = graph.gpu();
     let model = settings.choice("model");
     let scattering = model == "single_scattering";
     let mut lights = resident.lights.clone();
     lights.extend(environment_lights(resident.environment, settings.number("environment_directions") as u32));
+    let (step, light_step) = (settings.number("step") * resident.voxel, settings.number("light_step") * resident.voxel);
+    let light_count = if scattering { lights.len() as u32 } else { 0 };
+    let (rounds, steps_per_round) = rounds(gpu, resident, step, light_step, light_count)?;
+    let samples = settings.number("samples") as u32;
     let march = March {
-        step: settings.number("step") * resident.voxel,
-        light_step: settings.number("light_step") * resident.voxel,
+        step,
+        light_step,
         termination: settings.number("termination"),
-        samples: settings.number("samples") as u32,
-        lights: lights.len() as u32,
+        lights: light_count,
+        rounds,
+        steps_per_round,
+        samples,
     };
     let march = gpu.buffer("march", &march);
     let lights = gpu.buffer("lights", &Lights { lights });
+    let several = rounds * samples > 1;
+    let side = u64::from(gpu.tile_side());
+    let paths = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("paths"),
+        size: if several { side * side * PATH_BYTES } else { PATH_BYTES },
+        usage: wgpu::BufferUsages::STORAGE,
+        mapped_at_creation: false,
+    });
     let tile = graph.tile();
     let traits = resident.traits;
     let mut pass = graph
@@ -112,6 +135,7 @@ async fn record(Recording { graph, resident, settings, film }: Recording<'_, '_>
         .constant("TRANSFERS", traits.transfers)
         .constant("EMISSION", model != "absorption")
         .constant("SCATTERING", scattering)
+        .constant("ROUNDS", several)
         .read("view", &resident.view)
         .read("tile", &tile)
         .read("march", &march)
@@ -119,12 +143,35 @@ async fn record(Recording { graph, resident, settings, film }: Recording<'_, '_>
         .read("lights", &lights)
         .read("transfers", &resident.transfers)
         .read("linear", &resident.linear)
-        .write("film", film);
+        .write("film", film)
+        .write("paths", &paths);
     let names = ["grid0", "grid1", "grid2", "grid3", "grid4", "grid5", "grid6", "grid7"];
     for (name, grid) in names.into_iter().zip(&resident.grids) {
         pass = pass.read(name, grid);
     }
-    pass.over_film().await
+    pass.over_film(rounds * samples).await
+}
+
+/// Into how many rounds, of how many steps, a camera ray is cut so that no invocation makes more loop iterations than the
+/// device stands. Every loop of `march.wesl` counts, also those that a compiler would unroll.
+fn rounds(gpu: &Gpu, resident: &Resident, step: f32, light_step: f32, lights: u32) -> Result<(u32, u32), RenderError> {
+    // f32 to u32 saturates.
+    let count = |length: f32| ((resident.diagonal / length).ceil() as u32).clamp(1, MAX_STEPS);
+    let (steps, light_steps) = (count(step), count(light_step));
+    let per_sample = 1 + u64::from(resident.traits.count);
+    let per_light = 2 * per_sample + u64::from(light_steps) * per_sample;
+    let per_step = per_sample + u64::from(lights) * per_light;
+    let limit = u64::from(gpu.iterations());
+    if per_step > limit {
+        return Err(RenderError::Limit {
+            what: "lights, or techniques.march.light_step".into(),
+            found: format!("{lights} lights (the environment's directions among them) of {light_steps} steps"),
+            limit: format!("{} such lights", limit / per_light),
+            advice: "Use fewer lights or environment_directions, or a longer light_step.".into(),
+        });
+    }
+    let steps_per_round = u32::try_from(limit / per_step).unwrap_or(u32::MAX).min(steps);
+    Ok((steps.div_ceil(steps_per_round), steps_per_round))
 }
 
 /// A constant environment as `count` parallel lights, spread evenly over the sphere on a Fibonacci spiral.

@@ -1,0 +1,161 @@
+"""Renders a scene that `cargo xtask bench mitsuba` wrote down as JSON, with Mitsuba 3.
+
+    python render.py SCENE.json OUT --batches N --spp N --seed N [--variant V]
+
+OUT.mean.f32 and OUT.variance.f32 hold, as raw little-endian float32, height x width x 3 values: the mean of all samples
+and the unbiased variance of one sample, which comes from the spread of the batches' means. OUT.json holds the number of
+samples a pixel, the seconds spent in rendering without compilation, and the variant.
+"""
+
+import argparse
+import json
+import sys
+import time
+
+import mitsuba as mi
+import numpy as np
+
+
+def best_variant():
+    """The fast variant where LLVM is there, else the one that needs nothing."""
+    try:
+        mi.set_variant("llvm_ad_rgb")
+        import drjit
+
+        drjit.eval(mi.Float(1.0) + mi.Float([1.0, 2.0]))
+        return "llvm_ad_rgb"
+    except Exception as error:  # whatever keeps LLVM from working
+        print(f"no LLVM, falling back to scalar_rgb: {error}", file=sys.stderr)
+        return "scalar_rgb"
+
+
+def rgb(values):
+    """A spectrum whose three values are meant as they are."""
+    return {"type": "rgb", "value": list(values)}
+
+
+def emitter(light):
+    """A light of ours as Mitsuba's; both give irradiance, radiant intensity and radiance in the same units."""
+    (kind, of), = light.items()
+    if kind == "directional":
+        return {"type": "directional", "direction": of["direction"], "irradiance": rgb(of["irradiance"])}
+    if kind == "point":
+        return {"type": "point", "position": of["position"], "intensity": rgb(of["intensity"])}
+    if kind == "constant":
+        return {"type": "constant", "radiance": rgb(of["radiance"])}
+    raise SystemExit(f"Mitsuba has no light like {kind}")
+
+
+def phase(of):
+    """A phase function; Mitsuba's g is positive for forward scattering, too."""
+    if of == "isotropic":
+        return {"type": "isotropic"}
+    if of == "rayleigh":
+        return {"type": "rayleigh"}
+    return {"type": "hg", "g": of["hg"]["g"]}
+
+
+def medium(volume):
+    """The box of a medium, its surface invisible."""
+    sigma_s, sigma_a = np.array(volume["sigma_s"]), np.array(volume["sigma_a"])
+    sigma_t = sigma_s + sigma_a
+    albedo = sigma_s / sigma_t
+    unit = mi.ScalarTransform4f(np.array(volume["world_from_unit"]))
+    if volume["voxels"] is None:
+        # Mitsuba takes colours up to 1; the rest goes to the scale.
+        scale = float(sigma_t.max())
+        interior = {"type": "homogeneous", "sigma_t": rgb(sigma_t / scale), "albedo": rgb(albedo), "scale": scale}
+    else:
+        if not np.all(sigma_t == sigma_t[0]):
+            raise SystemExit("Mitsuba's heterogeneous media take one extinction for all channels")
+        grid = {
+            "type": "gridvolume",
+            "filename": volume["voxels"],
+            "filter_type": "trilinear",
+            "wrap_mode": "clamp",
+            "raw": True,
+            "to_world": unit,
+        }
+        # `albedo` is of the type constvolume; `scale` multiplies the density to the extinction.
+        interior = {"type": "heterogeneous", "sigma_t": grid, "albedo": rgb(albedo), "scale": float(sigma_t[0])}
+    interior["phase"] = phase(volume["phase"])
+    # Mitsuba's cube goes from -1 to 1.
+    cube = unit @ mi.ScalarTransform4f().scale(0.5).translate([1, 1, 1])
+    return {"type": "cube", "to_world": cube, "bsdf": {"type": "null"}, "interior": interior}
+
+
+def scene(description):
+    """The whole scene."""
+    camera, (width, height) = description["camera"], description["size"]
+    result = {
+        "type": "scene",
+        "integrator": {"type": description["integrator"], "max_depth": -1},
+        "sensor": {
+            "type": "perspective",
+            "fov": camera["fov"],
+            "fov_axis": "y",
+            "near_clip": 1e-3,
+            "far_clip": 1e4,
+            "to_world": mi.ScalarTransform4f().look_at(camera["position"], camera["target"], camera["up"]),
+            "film": {
+                "type": "hdrfilm",
+                "width": width,
+                "height": height,
+                "rfilter": {"type": "box"},
+                "pixel_format": "rgb",
+                "component_format": "float32",
+            },
+            "sampler": {"type": "independent"},
+        },
+    }
+    for i, light in enumerate(description["lights"]):
+        result[f"light{i}"] = emitter(light)
+    for i, volume in enumerate(description["media"]):
+        result[f"medium{i}"] = medium(volume)
+    return result
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("scene")
+    parser.add_argument("out")
+    parser.add_argument("--batches", type=int, required=True)
+    parser.add_argument("--spp", type=int, required=True)
+    parser.add_argument("--seed", type=int, required=True)
+    parser.add_argument("--variant")
+    arguments = parser.parse_args()
+    variant = arguments.variant or best_variant()
+    mi.set_variant(variant)
+    with open(arguments.scene) as file:
+        description = json.load(file)
+    loaded = mi.load_dict(scene(description))
+
+    def batch(seed):
+        return np.array(mi.render(loaded, spp=arguments.spp, seed=seed), dtype=np.float64)
+
+    if variant != "scalar_rgb":
+        batch(2**31 - 1)  # compiles
+    mean, squares, seconds = 0.0, 0.0, 0.0
+    for n in range(arguments.batches):
+        begun = time.perf_counter()
+        image = batch(arguments.seed * arguments.batches + n)
+        seconds += time.perf_counter() - begun
+        delta = image - mean
+        mean = mean + delta / (n + 1)
+        squares = squares + delta * (image - mean)
+    # The spread of means of spp samples is 1/spp that of single ones.
+    variance = squares / (arguments.batches - 1) * arguments.spp
+    np.asarray(mean, dtype="<f4").tofile(arguments.out + ".mean.f32")
+    np.asarray(variance, dtype="<f4").tofile(arguments.out + ".variance.f32")
+    report = {
+        "samples": arguments.batches * arguments.spp,
+        "seconds": seconds,
+        "variant": variant,
+        "version": mi.__version__,
+    }
+    with open(arguments.out + ".json", "w") as file:
+        json.dump(report, file)
+
+
+if __name__ == "__main__":
+    main()
