@@ -1,6 +1,6 @@
 """Renders a scene that `cargo xtask bench mitsuba` wrote down as JSON, with Mitsuba 3.
 
-    python render.py SCENE.json OUT --batches N --spp N --seed N [--variant V]
+    python render.py SCENE.json OUT --batches N --spp N --seed N [--integrator I] [--variant V]
 
 OUT.mean.f32 and OUT.variance.f32 hold, as raw little-endian float32, height x width x 3 values: the mean of all samples
 and the unbiased variance of one sample, which comes from the spread of the batches' means. OUT.json holds the number of
@@ -9,24 +9,10 @@ samples a pixel, the seconds spent in rendering without compilation, and the var
 
 import argparse
 import json
-import sys
 import time
 
 import mitsuba as mi
 import numpy as np
-
-
-def best_variant():
-    """The fast variant where LLVM is there, else the one that needs nothing."""
-    try:
-        mi.set_variant("llvm_ad_rgb")
-        import drjit
-
-        drjit.eval(mi.Float(1.0) + mi.Float([1.0, 2.0]))
-        return "llvm_ad_rgb"
-    except Exception as error:  # whatever keeps LLVM from working
-        print(f"no LLVM, falling back to scalar_rgb: {error}", file=sys.stderr)
-        return "scalar_rgb"
 
 
 def rgb(values):
@@ -84,12 +70,12 @@ def medium(volume):
     return {"type": "cube", "to_world": cube, "bsdf": {"type": "null"}, "interior": interior}
 
 
-def scene(description):
+def scene(description, integrator):
     """The whole scene."""
     camera, (width, height) = description["camera"], description["size"]
     result = {
         "type": "scene",
-        "integrator": {"type": description["integrator"], "max_depth": -1},
+        "integrator": {"type": integrator, "max_depth": -1},
         "sensor": {
             "type": "perspective",
             "fov": camera["fov"],
@@ -122,18 +108,18 @@ def main():
     parser.add_argument("--batches", type=int, required=True)
     parser.add_argument("--spp", type=int, required=True)
     parser.add_argument("--seed", type=int, required=True)
-    parser.add_argument("--variant")
+    parser.add_argument("--integrator", default="volpath")
+    parser.add_argument("--variant", default="scalar_rgb")
     arguments = parser.parse_args()
-    variant = arguments.variant or best_variant()
-    mi.set_variant(variant)
+    mi.set_variant(arguments.variant)
     with open(arguments.scene) as file:
         description = json.load(file)
-    loaded = mi.load_dict(scene(description))
+    loaded = mi.load_dict(scene(description, arguments.integrator))
 
     def batch(seed):
         return np.array(mi.render(loaded, spp=arguments.spp, seed=seed), dtype=np.float64)
 
-    if variant != "scalar_rgb":
+    if not arguments.variant.startswith("scalar"):
         batch(2**31 - 1)  # compiles
     mean, squares, seconds = 0.0, 0.0, 0.0
     for n in range(arguments.batches):
@@ -150,7 +136,7 @@ def main():
     report = {
         "samples": arguments.batches * arguments.spp,
         "seconds": seconds,
-        "variant": variant,
+        "variant": arguments.variant,
         "version": mi.__version__,
     }
     with open(arguments.out + ".json", "w") as file:

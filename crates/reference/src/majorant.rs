@@ -93,3 +93,43 @@ fn strengths(optics: &Optics, low: f32, high: f32) -> [f32; 2] {
     }
     range
 }
+
+#[cfg(test)]
+mod test {
+    use std::sync::Arc;
+
+    use glam::{Mat4, Vec3};
+    use tyndall_scene::description::Phase;
+    use tyndall_scene::volume::Voxels;
+
+    use super::*;
+    use crate::Random;
+
+    /// At every point of a cell the field is within the cell's bounds, and somewhere it comes near them.
+    #[test]
+    fn bounds_hold_and_are_tight() {
+        let mut rng = Random::new(1, 0, 0);
+        let one = Vec3::ONE;
+        let optics = Optics::Coefficients { sigma_s: one, sigma_a: one, emission: one, phase: Phase::Isotropic };
+        for dims in [[1, 1, 1], [5, 3, 2], [17, 8, 9], [300, 2, 1]] {
+            let voxels = (0..dims.iter().product()).map(|_: u32| rng.uniform() as f32).collect();
+            let grid = Grid { dims, voxels: Voxels::F32(voxels), world_from_index: Mat4::IDENTITY };
+            let field = Field::Grid(Arc::new(grid));
+            let bounds = Bounds::new(&field, &optics);
+            let mut seen = vec![[f32::INFINITY, f32::NEG_INFINITY]; bounds.ranges.len()];
+            for _ in 0..400_000 {
+                let unit = [0; 3].map(|_| rng.uniform());
+                let cell = [0, 1, 2].map(|axis| (unit[axis] * bounds.cells[axis] as f64) as usize);
+                let cell = cell[0] + bounds.cells[0] * (cell[1] + bounds.cells[1] * cell[2]);
+                let value = field.value(Vec3::from_array(unit.map(|x| x as f32)));
+                seen[cell] = [seen[cell][0].min(value), seen[cell][1].max(value)];
+            }
+            let mut slack = 0.0;
+            for (seen, range) in seen.iter().zip(&bounds.ranges) {
+                assert!(range[0] <= seen[0] + 1e-6 && seen[1] <= range[1] + 1e-6, "{seen:?} is not in {range:?}");
+                slack += (range[1] - seen[1] + seen[0] - range[0]) / bounds.ranges.len() as f32;
+            }
+            assert!(slack < 0.35, "{dims:?}: bounds are {slack} too wide on average");
+        }
+    }
+}

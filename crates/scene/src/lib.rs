@@ -10,12 +10,11 @@ mod document;
 pub mod image;
 pub mod metrics;
 pub mod parameter;
-mod sampling;
 pub mod volume;
 mod world;
 
 pub use assets::Assets;
 pub use description::Scene;
-pub use document::{Document, FieldError, Format, SceneError};
+pub use document::{Document, FieldError, Format, MAX_TEXT, SceneError};
 pub use glam;
 pub use world::{Field, LoadError, Volume, World};

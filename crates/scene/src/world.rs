@@ -44,7 +44,7 @@ pub enum Field {
     Homogeneous,
     /// exp(−(y − base)/scale), with y, `base` and `scale` in unit-cube lengths.
     Exponential {
-        /// Where the field is 1.
+        /// The height at which the field is 1.
         base: f32,
         /// The height over which it falls by e.
         scale: f32,
@@ -74,7 +74,7 @@ pub enum LoadError {
     #[error(transparent)]
     Field(#[from] FieldError),
     /// An asset cannot be read.
-    #[error("{path}: cannot read `{file}`: {source}")]
+    #[error("{path}: cannot read {file:?}: {source}")]
     Asset {
         /// The field that names the asset.
         path: String,
@@ -84,7 +84,7 @@ pub enum LoadError {
         source: io::Error,
     },
     /// An asset is not what it should be.
-    #[error("{path}: `{file}`: {source}")]
+    #[error("{path}: {file:?}: {source}")]
     Volume {
         /// The field that names the asset.
         path: String,
@@ -93,22 +93,27 @@ pub enum LoadError {
         /// What is wrong with it.
         source: VolumeError,
     },
-    /// A medium's transforms cannot be inverted.
-    #[error("{path}: the transform from the medium to the world has no inverse")]
+    /// A medium's transforms overflow or cannot be inverted.
+    #[error("{path}: {SINGULAR}")]
     Singular {
         /// The medium's transform.
         path: String,
     },
 }
 
+const SINGULAR: &str = "found a map from the medium to the world that 32-bit numbers do not hold or that has no inverse; \
+                        accepted: a scale and a box that are neither too large nor too small together";
+
 impl LoadError {
     /// The error at its place in the scene's text.
     pub fn locate(&self, document: &document::Document) -> document::SceneError {
         let message = match self {
             LoadError::Field(error) => return document.locate(error),
-            LoadError::Asset { file, source, .. } => format!("cannot read `{file}`: {source}"),
-            LoadError::Volume { file, source, .. } => format!("`{file}`: {source}"),
-            LoadError::Singular { .. } => "the transform from the medium to the world has no inverse".into(),
+            LoadError::Asset { file, source, .. } => {
+                format!("cannot read {file:?}: {source}; accepted: a path relative to the scene file")
+            }
+            LoadError::Volume { file, source, .. } => format!("{file:?}: {source}"),
+            LoadError::Singular { .. } => SINGULAR.into(),
         };
         let (LoadError::Field(FieldError { path, .. })
         | LoadError::Asset { path, .. }
@@ -132,7 +137,8 @@ impl World {
         for (name, medium) in &scene.media {
             let (field, local_from_unit) = loader.field(name, &medium.density)?;
             let world_from_unit = medium.transform.matrix() * local_from_unit;
-            let unit_from_world = world_from_unit.inverse();
+            // In double precision a medium of a micrometre has an inverse, too.
+            let unit_from_world = world_from_unit.as_dmat4().inverse().as_mat4();
             if !unit_from_world.is_finite() || !world_from_unit.is_finite() {
                 return Err(LoadError::Singular { path: format!("media.{name}.transform") });
             }
@@ -176,6 +182,11 @@ impl Loader<'_> {
             return Ok(grid.clone());
         }
         let path = format!("media.{medium}.density.grid.file");
+        if let Some(name) = name.as_ref().filter(|_| is_nifti(file)) {
+            let path = format!("media.{medium}.density.grid.name");
+            let accepted = "no name with a NIfTI file, which holds one volume".into();
+            return Err(FieldError { path, found: format!("{name:?}"), accepted }.into());
+        }
         let bytes = self.assets.read(file).map_err(|source| LoadError::Asset {
             path: path.clone(),
             file: file.into(),
@@ -183,12 +194,13 @@ impl Loader<'_> {
         })?;
         let grid = read_grid(file, &bytes, name.as_deref(), self.left).map_err(|source| {
             let path = match source {
-                VolumeError::NoSuchGrid { .. } if name.is_some() => format!("media.{medium}.density.grid.name"),
+                VolumeError::NoSuchGrid { .. } => format!("media.{medium}.density.grid.name"),
                 _ => path,
             };
             LoadError::Volume { path, file: file.into(), source }
         })?;
-        self.hasher.update(&bytes);
+        // With its length, so that bytes cannot move from one asset to the next unseen.
+        self.hasher.update(&(bytes.len() as u64).to_le_bytes()).update(&bytes);
         self.left.0 = self.left.0.saturating_sub(grid.voxels.bytes());
         let grid = Arc::new(grid);
         self.grids.insert(key, grid.clone());
@@ -196,12 +208,17 @@ impl Loader<'_> {
     }
 }
 
+fn is_nifti(file: &str) -> bool {
+    let lower = file.to_ascii_lowercase();
+    lower.ends_with(".nii") || lower.ends_with(".nii.gz")
+}
+
 /// A grid from a file's bytes; the file's name tells its format. Without a name the file must hold just one grid.
 fn read_grid(file: &str, bytes: &[u8], name: Option<&str>, budget: Budget) -> Result<Grid, VolumeError> {
-    let lower = file.to_ascii_lowercase();
-    if lower.ends_with(".nii") || lower.ends_with(".nii.gz") {
+    if is_nifti(file) {
         return read_nifti(bytes, budget);
     }
+    let lower = file.to_ascii_lowercase();
     if !lower.ends_with(".vdb") {
         let found = lower.rsplit_once('.').map_or("no file extension".into(), |(_, e)| format!("extension .{e}"));
         return Err(VolumeError::Unsupported { found, accepted: ".vdb, .nii or .nii.gz" });
@@ -210,7 +227,7 @@ fn read_grid(file: &str, bytes: &[u8], name: Option<&str>, budget: Budget) -> Re
         Some(name) => read_vdb(bytes, name, budget),
         None => match vdb_grid_names(bytes)?.as_slice() {
             [only] => read_vdb(bytes, only, budget),
-            available => Err(VolumeError::NoSuchGrid { name: "(none given)".into(), available: available.to_vec() }),
+            available => Err(VolumeError::NoGridNamed { available: available.to_vec() }),
         },
     }
 }

@@ -31,11 +31,6 @@ pub struct Resident {
     pub lights: Vec<Light>,
     /// Radiance of the constant environment [W·sr⁻¹·m⁻²].
     pub environment: glam::Vec3,
-    /// The shortest edge of a voxel in the world [m]; where no volume has voxels, 1/64 of the shortest edge of a
-    /// volume. 1 for a world without volumes.
-    pub voxel: f32,
-    /// The diagonal of the box around all volumes [m]: no ray runs further through them. 0 for a world without volumes.
-    pub diagonal: f32,
     /// The film's size in pixels.
     pub film: [u32; 2],
 }
@@ -75,8 +70,6 @@ impl Resident {
             traits: volume::Traits::of(&world.volumes),
             lights,
             environment,
-            voxel: volume::voxel_size(&world.volumes),
-            diagonal: volume::diagonal(&world.volumes),
             film,
         })
     }

@@ -39,6 +39,8 @@ pub struct Volume {
     pub field: u32,
     /// An exponential field's base and scale, in unit-cube heights.
     pub exponential: Vec2,
+    /// The shortest edge of a voxel [m], or of a 64th of a volume without voxels.
+    pub voxel: f32,
     /// A transfer function's first value and its table entries per value; (0, 0) without one.
     pub transfer: Vec2,
 }
@@ -67,7 +69,15 @@ fn encode(volume: &tyndall_scene::Volume) -> Volume {
         Field::Exponential { base, scale } => (1, Vec2::new(base, scale)),
         Field::Grid(_) => (2, Vec2::ZERO),
     };
-    let common = Volume { unit_from_world: volume.unit_from_world, phase, g, field, exponential, ..Default::default() };
+    let common = Volume {
+        unit_from_world: volume.unit_from_world,
+        phase,
+        g,
+        field,
+        exponential,
+        voxel: voxel(volume),
+        ..Default::default()
+    };
     match &volume.optics {
         Optics::Coefficients { sigma_s, sigma_a, emission, .. } => {
             Volume { sigma_s: *sigma_s, sigma_a: *sigma_a, emission: *emission, ..common }
@@ -90,7 +100,7 @@ fn domain(transfer: &Transfer) -> (f32, f32) {
 }
 
 /// What the volumes of a world make use of, so that shaders can be specialised for it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Traits {
     /// How many volumes there are.
     pub count: u32,
@@ -100,6 +110,10 @@ pub struct Traits {
     pub exponentials: bool,
     /// Some have transfer functions.
     pub transfers: bool,
+    /// The longest way through each volume [voxels].
+    pub diagonals: Vec<f32>,
+    /// The shortest voxel edge [m]; 1 where there is no volume.
+    pub voxel: f32,
 }
 
 impl Traits {
@@ -109,39 +123,29 @@ impl Traits {
             grids: volumes.iter().any(|v| matches!(v.field, Field::Grid(_))),
             exponentials: volumes.iter().any(|v| matches!(v.field, Field::Exponential { .. })),
             transfers: volumes.iter().any(|v| matches!(v.optics, Optics::Transfer(_))),
+            diagonals: volumes.iter().map(diagonal).collect(),
+            voxel: volumes.iter().map(voxel).reduce(f32::min).unwrap_or(1.0),
         }
     }
 }
 
-/// The shortest edge of a voxel in the world [m], or 1/64 of a volume's shortest edge where none has voxels.
-pub(super) fn voxel_size(volumes: &[tyndall_scene::Volume]) -> f32 {
-    let shortest = |divisions: &dyn Fn(&Field) -> Option<Vec3>| {
-        volumes
-            .iter()
-            .filter_map(|volume| {
-                let m = volume.world_from_unit;
-                let edges = [m.x_axis, m.y_axis, m.z_axis].map(|axis| axis.truncate().length());
-                divisions(&volume.field).map(|divisions| (Vec3::from(edges) / divisions).min_element())
-            })
-            .reduce(f32::min)
+/// The shortest edge of a volume's voxels in the world [m], or of its 64th where it has none.
+fn voxel(volume: &tyndall_scene::Volume) -> f32 {
+    let m = volume.world_from_unit;
+    let edges = Vec3::from([m.x_axis, m.y_axis, m.z_axis].map(|axis| axis.truncate().length()));
+    let divisions = match &volume.field {
+        Field::Grid(grid) => glam::UVec3::from(grid.dims).as_vec3(),
+        _ => Vec3::splat(64.0),
     };
-    let voxels = |field: &Field| match field {
-        Field::Grid(grid) => Some(glam::UVec3::from(grid.dims).as_vec3()),
-        _ => None,
-    };
-    shortest(&voxels).or_else(|| shortest(&|_| Some(Vec3::splat(64.0)))).unwrap_or(1.0)
+    (edges / divisions).min_element()
 }
 
-/// The diagonal of the box around all volumes [m].
-pub(super) fn diagonal(volumes: &[tyndall_scene::Volume]) -> f32 {
-    let corners = volumes.iter().flat_map(|volume| {
-        (0..8u32).map(|i| {
-            let corner = Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32);
-            volume.world_from_unit.transform_point3(corner)
-        })
-    });
-    let bounds = corners.map(|p| (p, p)).reduce(|(low, high), (p, _)| (low.min(p), high.max(p)));
-    bounds.map_or(0.0, |(low, high)| low.distance(high))
+/// The longest way through a volume [voxels].
+fn diagonal(volume: &tyndall_scene::Volume) -> f32 {
+    let m = volume.world_from_unit;
+    let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(|axis| axis.truncate());
+    let diagonals = [x + y + z, x + y - z, x - y + z, x - y - z];
+    diagonals.map(Vec3::length).into_iter().fold(0.0, f32::max) / voxel(volume)
 }
 
 /// Holds the volumes against the device's limits, before anything is allocated.

@@ -4,14 +4,21 @@ use super::{Density, Light, Optics, Scene};
 use crate::FieldError;
 
 impl Scene {
-    /// Checks what serde cannot: relations between fields. Parsing a [`crate::Document`] does this; a scene built in
+    /// Checks every field and the relations between them. Parsing a [`crate::Document`] does this; a scene built in
     /// code is checked when it is loaded.
     ///
     /// # Errors
-    /// The first field that contradicts another, with its path.
+    /// The first field that is out of range or contradicts another, with its path.
     pub fn check(&self) -> Result<(), FieldError> {
+        self.check_values()?;
+        self.check_relations()
+    }
+
+    /// Checks what reading a file does not: the relations between fields.
+    pub(crate) fn check_relations(&self) -> Result<(), FieldError> {
         if self.camera.frame().is_none() {
-            let found = format!("{:?}, seen from {:?}", self.camera.target, self.camera.position);
+            let [target, position] = [self.camera.target, self.camera.position].map(|v| v.to_array());
+            let found = format!("{target:?}, seen from {position:?}");
             return invalid("camera.target", found, "a point apart from `position`, not straight along `up`");
         }
         for (name, light) in &self.lights {
@@ -29,6 +36,19 @@ impl Scene {
                 }
                 Density::Exponential { min, max, .. } if min.cmpge(*max).any() => {
                     return empty_box(&format!("media.{name}.density.exponential.max"), *min, *max);
+                }
+                Density::Exponential { min, max, base, scale_height } => {
+                    let path = format!("media.{name}.density.exponential");
+                    if !(scale_height / (max.y - min.y)).is_normal() {
+                        let found = format!("{scale_height:?} for a box from y = {:?} to {:?}", min.y, max.y);
+                        let accepted = "a height comparable to the box's";
+                        return invalid(&format!("{path}.scale_height"), found, accepted);
+                    }
+                    let bottom = ((base - min.y) / scale_height).exp();
+                    if !bottom.is_finite() {
+                        let found = format!("{base:?}, so that the density overflows at the box's bottom, y = {:?}", min.y);
+                        return invalid(&format!("{path}.base"), found, "a base at most 88 scale heights above it");
+                    }
                 }
                 _ => {}
             }

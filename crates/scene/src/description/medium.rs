@@ -139,6 +139,7 @@ pub struct Transfer {
     #[serde(with = "Positive", default = "one")]
     pub radiance: f32,
     /// Stops in order of value, at least one.
+    #[schemars(length(min = 1))]
     pub stops: Vec<Stop>,
 }
 
@@ -150,7 +151,8 @@ impl Transfer {
             let end = if after == 0 { self.stops.first() } else { self.stops.last() };
             return end.copied().unwrap_or(Stop { value, opacity: 0.0, color: Vec3::ZERO });
         };
-        let t = (value - a.value) / (b.value - a.value);
+        // In double precision, where the distance of any two values is finite.
+        let t = ((f64::from(value) - f64::from(a.value)) / (f64::from(b.value) - f64::from(a.value))) as f32;
         Stop { value, opacity: a.opacity + t * (b.opacity - a.opacity), color: a.color.lerp(b.color, t) }
     }
 }

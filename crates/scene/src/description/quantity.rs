@@ -88,10 +88,10 @@ impl Visitor<'_> for Number {
     }
 }
 
-/// Declares a three-component kind over [`Triple`]: its name, what is accepted, the test, and whether a single number
-/// stands for three equal ones.
+/// Declares a three-component kind over [`Triple`]: its name, what is accepted, whether a single number stands for three
+/// equal ones, the test, and the schema's bounds of each component.
 macro_rules! triple {
-    ($(#[$doc:meta])* $name:ident, $accepted:literal, splat: $splat:literal, $test:expr) => {
+    ($(#[$doc:meta])* $name:ident, $accepted:literal, splat: $splat:literal, $test:expr, { $($bound:tt)* }) => {
         $(#[$doc])*
         pub struct $name;
 
@@ -119,13 +119,13 @@ macro_rules! triple {
             }
             fn json_schema(_: &mut SchemaGenerator) -> Schema {
                 let array = json_schema!({
-                    "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3,
+                    "type": "array", "items": { "type": "number", $($bound)* }, "minItems": 3, "maxItems": 3,
                     "description": $accepted
                 });
                 if !$splat {
                     return array;
                 }
-                json_schema!({ "anyOf": [{ "type": "number" }, array], "description": $accepted })
+                json_schema!({ "anyOf": [{ "type": "number", $($bound)* }, array], "description": $accepted })
             }
         }
     };
@@ -133,21 +133,32 @@ macro_rules! triple {
 
 triple!(
     /// A position or displacement.
-    Vector, "three finite numbers [x, y, z]", splat: false, |_| true
+    Vector, "three finite numbers [x, y, z]", splat: false, |_| true, {}
 );
 triple!(
-    /// A direction: any length but zero.
-    Direction, "three finite numbers [x, y, z], not all 0", splat: false,
-    |v| v.length_squared() > 0.0 && v.length_squared().is_finite()
+    /// A direction: of any length whose square a number holds.
+    Direction, "three finite numbers [x, y, z], not all 0", splat: false, |v| v.length_squared().is_normal(),
+    {}
 );
 triple!(
     /// A spectrum as linear Rec. 709 RGB; one number is grey.
-    Rgb, "a number >= 0, or three of them [r, g, b]", splat: true, |v| v.min_element() >= 0.0
+    Rgb, "a number >= 0, or three of them [r, g, b]", splat: true, |v| v.min_element() >= 0.0, { "minimum": 0 }
 );
 triple!(
     /// Scale factors along x, y, z; one number scales all three.
-    Scale, "a number > 0, or three of them [x, y, z]", splat: true, |v| v.min_element() > 0.0
+    Scale, "a number > 0, or three of them [x, y, z]", splat: true, |v| v.min_element() > 0.0,
+    { "exclusiveMinimum": 0 }
 );
+
+/// A component of a vector.
+#[derive(Clone, Copy)]
+struct Component(f32);
+
+impl<'de> Deserialize<'de> for Component {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Ok(Self(deserializer.deserialize_any(Number("a finite number"))? as f32))
+    }
+}
 
 struct Triple {
     accepted: &'static str,
@@ -181,7 +192,8 @@ impl<'de> Visitor<'de> for Triple {
     fn visit_seq<A: de::SeqAccess<'de>>(self, mut seq: A) -> Result<Vec3, A::Error> {
         let mut value = [0.0f32; 3];
         for (i, slot) in value.iter_mut().enumerate() {
-            *slot = seq.next_element::<f32>()?.ok_or_else(|| de::Error::invalid_length(i, &self.accepted))?;
+            let component = seq.next_element::<Component>()?;
+            *slot = component.ok_or_else(|| de::Error::invalid_length(i, &self.accepted))?.0;
         }
         if seq.next_element::<de::IgnoredAny>()?.is_some() {
             return Err(de::Error::invalid_length(4, &self.accepted));
@@ -199,18 +211,43 @@ pub struct FilmSize;
 impl FilmSize {
     /// Reads the size, or says what is accepted.
     pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[u32; 2], D::Error> {
-        let size = <[u32; 2]>::deserialize(deserializer)?;
-        if size.iter().all(|side| (1..=MAX_FILM_SIDE).contains(side)) {
-            return Ok(size);
-        }
-        let found = format!("{size:?}");
-        let accepted = "[width, height] in pixels, each from 1 to 8192";
-        Err(de::Error::invalid_value(de::Unexpected::Other(&found), &accepted))
+        deserializer.deserialize_any(FilmSize)
     }
 
     /// Writes the size.
     pub fn serialize<S: Serializer>(value: &[u32; 2], serializer: S) -> Result<S::Ok, S::Error> {
         value.serialize(serializer)
+    }
+}
+
+impl<'de> Visitor<'de> for FilmSize {
+    type Value = [u32; 2];
+
+    fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "[width, height] in pixels, each a whole number from 1 to {MAX_FILM_SIDE}")
+    }
+    fn visit_seq<A: de::SeqAccess<'de>>(self, mut seq: A) -> Result<[u32; 2], A::Error> {
+        let mut sides = Vec::with_capacity(2);
+        while let Some(side) = seq.next_element::<Side>()? {
+            if sides.len() == 2 {
+                return Err(de::Error::invalid_length(3, &self));
+            }
+            sides.push(side.0);
+        }
+        <[f64; 2]>::try_from(sides.as_slice())
+            .ok()
+            .filter(|sides| sides.iter().all(|s| s.fract() == 0.0 && (1.0..=f64::from(MAX_FILM_SIDE)).contains(s)))
+            .map(|sides| sides.map(|side| side as u32))
+            .ok_or_else(|| de::Error::invalid_value(de::Unexpected::Seq, &self))
+    }
+}
+
+/// A side of a film, as yet unchecked.
+struct Side(f64);
+
+impl<'de> Deserialize<'de> for Side {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Number("a whole number of pixels")).map(Self)
     }
 }
 

@@ -38,10 +38,16 @@ pub enum VolumeError {
         accepted: &'static str,
     },
     /// A VDB file has no grid of that name.
-    #[error("no grid is named \"{name}\"; the file has: {}", available.join(", "))]
+    #[error("found no grid named {name:?}; accepted: {}", names(available))]
     NoSuchGrid {
         /// The name that was asked for.
         name: String,
+        /// The names of the file's grids, in its order.
+        available: Vec<String>,
+    },
+    /// A VDB file has no grid, or several of which none was named.
+    #[error("found {}; accepted: the name of one grid", names(available))]
+    NoGridNamed {
         /// The names of the file's grids, in its order.
         available: Vec<String>,
     },
@@ -70,6 +76,17 @@ pub enum VolumeError {
         /// Its value.
         value: f64,
     },
+}
+
+/// Grids as a message lists them: their names are free text.
+fn names(available: &[String]) -> String {
+    match available {
+        [] => "a file without grids".into(),
+        [only] => format!("the grid {only:?}"),
+        several => {
+            format!("the grids {}", several.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", "))
+        }
+    }
 }
 
 impl VolumeError {

@@ -7,6 +7,7 @@
 mod error;
 mod grid;
 mod nifti;
+mod sampling;
 #[cfg(test)]
 mod tests;
 mod vdb;

@@ -4,11 +4,10 @@
 //!
 //! L = ∫ T(t) [k_e(t) + Σ_lights E(t)·T_light(t)·Σ_media σ_s(t)·p(cosθ)] dt + T·L_environment
 //!
-//! The step rule, stated once here and written once in `march.wesl` (`step_count`, `part_in`): the part of the ray from
-//! the first volume's entry to the last one's exit is cut into equal segments, at most `step` voxels long (the shortest
-//! voxel edge of the scene; 1/64 of the shortest volume edge where nothing has voxels), 8192 at most; each segment is
-//! sampled in the middle of the part that a volume covers and integrated in closed form, (1−e^{−σ_tΔ})/σ_t. Rays to the
-//! lights follow the same rule with `light_step`. No jitter: the error is a smooth bias, second order in the step.
+//! The step rule, stated here and written once in `march.wesl` (`next_segment`): between two boundaries of volumes a ray is
+//! cut into equal segments of at most `step` voxels of the finest volume there (a volume without voxels counts as 64 to
+//! its shortest edge). Each is sampled in its middle and integrated in closed form, (1−e^{−σ_tΔ})/σ_t. Rays to the lights
+//! follow the same rule with `light_step`. No jitter: the error is a smooth bias, second order in the step.
 //!
 //! Not in the model: light scattered more than once, and scattered emission. The constant environment scatters once, as
 //! parallel lights from `environment_directions` directions.
@@ -76,15 +75,13 @@ static MARCH: Shader = shader!("techniques/march/march");
 pub(crate) struct March {
     step: f32,
     light_step: f32,
+    epsilon: f32,
     termination: f32,
     lights: u32,
     rounds: u32,
     steps_per_round: u32,
     samples: u32,
 }
-
-/// The most steps of a ray, as in `march.wesl`.
-const MAX_STEPS: u32 = 8192;
 
 /// Bytes of a `Path` in `march.wesl`.
 const PATH_BYTES: u64 = 48;
@@ -102,13 +99,14 @@ async fn record(Recording { graph, resident, settings, film }: Recording<'_, '_>
     let scattering = model == "single_scattering";
     let mut lights = resident.lights.clone();
     lights.extend(environment_lights(resident.environment, settings.number("environment_directions") as u32));
-    let (step, light_step) = (settings.number("step") * resident.voxel, settings.number("light_step") * resident.voxel);
+    let (step, light_step) = (settings.number("step"), settings.number("light_step"));
     let light_count = if scattering { lights.len() as u32 } else { 0 };
     let (rounds, steps_per_round) = rounds(gpu, resident, step, light_step, light_count)?;
     let samples = settings.number("samples") as u32;
     let march = March {
         step,
         light_step,
+        epsilon: 1e-3 * resident.traits.voxel,
         termination: settings.number("termination"),
         lights: light_count,
         rounds,
@@ -126,7 +124,7 @@ async fn record(Recording { graph, resident, settings, film }: Recording<'_, '_>
         mapped_at_creation: false,
     });
     let tile = graph.tile();
-    let traits = resident.traits;
+    let traits = &resident.traits;
     let mut pass = graph
         .compute("march", &MARCH)
         .constant("VOLUMES", traits.count)
@@ -155,12 +153,14 @@ async fn record(Recording { graph, resident, settings, film }: Recording<'_, '_>
 /// Into how many rounds, of how many steps, a camera ray is cut so that no invocation makes more loop iterations than the
 /// device stands. Every loop of `march.wesl` counts, also those that a compiler would unroll.
 fn rounds(gpu: &Gpu, resident: &Resident, step: f32, light_step: f32, lights: u32) -> Result<(u32, u32), RenderError> {
-    // f32 to u32 saturates.
-    let count = |length: f32| ((resident.diagonal / length).ceil() as u32).clamp(1, MAX_STEPS);
+    // A ray steps through each volume, and once more at each of its boundaries.
+    let count = |step: f32| -> u64 {
+        resident.traits.diagonals.iter().map(|voxels| (voxels / step).ceil() as u64 + 2).sum::<u64>() + 1
+    };
     let (steps, light_steps) = (count(step), count(light_step));
-    let per_sample = 1 + u64::from(resident.traits.count);
-    let per_light = 2 * per_sample + u64::from(light_steps) * per_sample;
-    let per_step = per_sample + u64::from(lights) * per_light;
+    let per_segment = 1 + 2 * u64::from(resident.traits.count);
+    let per_light = per_segment * (light_steps + 1);
+    let per_step = per_segment + u64::from(lights) * per_light;
     let limit = u64::from(gpu.iterations());
     if per_step > limit {
         return Err(RenderError::Limit {
@@ -170,8 +170,15 @@ fn rounds(gpu: &Gpu, resident: &Resident, step: f32, light_step: f32, lights: u3
             advice: "Use fewer lights or environment_directions, or a longer light_step.".into(),
         });
     }
-    let steps_per_round = u32::try_from(limit / per_step).unwrap_or(u32::MAX).min(steps);
-    Ok((steps.div_ceil(steps_per_round), steps_per_round))
+    let steps_per_round = (limit / per_step).min(steps);
+    let rounds = u32::try_from(steps.div_ceil(steps_per_round));
+    let rounds = rounds.map_err(|_| RenderError::Limit {
+        what: "techniques.march.step".into(),
+        found: format!("{steps} steps along a ray"),
+        limit: format!("{} steps", u64::from(u32::MAX) * steps_per_round),
+        advice: "Use a longer step.".into(),
+    })?;
+    Ok((rounds, steps_per_round as u32))
 }
 
 /// A constant environment as `count` parallel lights, spread evenly over the sphere on a Fibonacci spiral.

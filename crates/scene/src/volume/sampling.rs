@@ -2,7 +2,7 @@
 
 use glam::{Mat4, UVec3, Vec3};
 
-use crate::volume::{Grid, Voxels};
+use super::{Grid, Voxels};
 
 impl Grid {
     /// The map from the unit cube, whose faces are the outer faces of the outermost voxels, to the file's space [m].

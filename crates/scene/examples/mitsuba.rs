@@ -1,0 +1,144 @@
+//! Takes a scene to Mitsuba 3, and its pictures back. `cargo xtask bench mitsuba` calls it.
+//!
+//! ```text
+//! mitsuba export SCENE FOLDER [WxH]         writes FOLDER/scene.json and its voxels, which render.py reads
+//! mitsuba import FOLDER OUT.exr ROUND...    puts render.py's ROUND.json, .mean.f32 and .variance.f32 together
+//! ```
+
+use std::error::Error;
+use std::fs;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use serde_json::{Value, json};
+use tyndall_scene::assets::Directory;
+use tyndall_scene::description::Optics;
+use tyndall_scene::image::{Image, Statistics};
+use tyndall_scene::volume::{Budget, Grid};
+use tyndall_scene::{Document, Field, World};
+
+type Result<T> = std::result::Result<T, Box<dyn Error>>;
+
+fn main() -> Result<()> {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["export", scene, folder] => export(scene.as_ref(), folder.as_ref(), None),
+        ["export", scene, folder, size] => export(scene.as_ref(), folder.as_ref(), size.split_once('x')),
+        ["import", folder, output, ref rounds @ ..] if !rounds.is_empty() => {
+            import(folder.as_ref(), output.as_ref(), rounds)
+        }
+        _ => Err("accepted: export SCENE FOLDER [WxH], import FOLDER OUT.exr ROUND...".into()),
+    }
+}
+
+/// Loads a scene and writes it, with its voxels, to a folder.
+///
+/// Mitsuba has no emissive media. By Kirchhoff's law one with emission B·σ_a is in equilibrium with an environment of
+/// radiance B, and looks B everywhere; so its emission alone gives B less what the same medium, not glowing, shows in
+/// that environment. The latter is what is written, with B as `equilibrium`.
+fn export(scene: &Path, folder: &Path, size: Option<(&str, &str)>) -> Result<()> {
+    let document = Document::new(scene.display().to_string(), fs::read_to_string(scene)?);
+    let mut description = document.parse()?;
+    if let Some((width, height)) = size {
+        description.set("film.size", &format!("[{width}, {height}]"))?;
+    }
+    let assets = Directory(scene.parent().unwrap_or(Path::new("")).into());
+    let world = World::load(description, &assets, Budget(1 << 30)).map_err(|error| error.locate(&document))?;
+
+    let mut lights: Vec<Value> = world.scene.lights.values().map(|light| json!(light)).collect();
+    let (mut media, mut equilibrium) = (Vec::new(), Value::Null);
+    for volume in &world.volumes {
+        let name = &volume.name;
+        let Optics::Coefficients { sigma_s, sigma_a, emission, phase } = &volume.optics else {
+            return Err(format!("media.{name}: Mitsuba has no transfer functions").into());
+        };
+        if emission.max_element() > 0.0 {
+            if world.volumes.len() > 1 || !lights.is_empty() || sigma_a.min_element() <= 0.0 {
+                return Err(format!("media.{name}: what glows must absorb, be alone, and have no lights").into());
+            }
+            equilibrium = json!(*emission / *sigma_a);
+            lights.push(json!({ "constant": { "radiance": equilibrium } }));
+        }
+        let voxels = match &volume.field {
+            Field::Homogeneous => Value::Null,
+            Field::Grid(grid) => {
+                let path = folder.join(format!("{name}.vol"));
+                write_grid(grid, &path)?;
+                json!(path)
+            }
+            Field::Exponential { .. } => return Err(format!("media.{name}: Mitsuba has no exponential density").into()),
+        };
+        media.push(json!({
+            "world_from_unit": volume.world_from_unit.transpose().to_cols_array_2d(),
+            "voxels": voxels,
+            "sigma_s": sigma_s,
+            "sigma_a": sigma_a,
+            "phase": phase,
+        }));
+    }
+    let scene = json!({
+        "size": world.scene.film.size,
+        "camera": world.scene.camera,
+        "lights": lights,
+        "media": media,
+        "equilibrium": equilibrium,
+    });
+    Ok(fs::write(folder.join("scene.json"), scene.to_string())?)
+}
+
+/// Voxels in Mitsuba's format: `VOL`, version 3, float32, x y z sizes, channels, bounding box, values with x fastest.
+fn write_grid(grid: &Grid, path: &Path) -> io::Result<()> {
+    let mut file = BufWriter::new(fs::File::create(path)?);
+    file.write_all(b"VOL\x03")?;
+    let [nx, ny, nz] = grid.dims;
+    for value in [1, nx, ny, nz, 1] {
+        file.write_all(&value.to_le_bytes())?;
+    }
+    for value in [0f32, 0.0, 0.0, 1.0, 1.0, 1.0] {
+        file.write_all(&value.to_le_bytes())?;
+    }
+    for k in 0..nz {
+        for j in 0..ny {
+            for i in 0..nx {
+                // A density below 0 counts as 0.
+                file.write_all(&grid.value(i, j, k).max(0.0).to_le_bytes())?;
+            }
+        }
+    }
+    file.flush()
+}
+
+/// Puts rounds of equally many samples together to one picture with its variance.
+fn import(folder: &Path, output: &Path, rounds: &[&str]) -> Result<()> {
+    let scene: Value = serde_json::from_str(&fs::read_to_string(folder.join("scene.json"))?)?;
+    let [width, height]: [u32; 2] = serde_json::from_value(scene["size"].clone())?;
+    let equilibrium: Option<[f32; 3]> = serde_json::from_value(scene["equilibrium"].clone())?;
+    let mut samples = 0;
+    for round in rounds {
+        let report: Value = serde_json::from_str(&fs::read_to_string(folder.join(format!("{round}.json")))?)?;
+        samples += report["samples"].as_u64().ok_or("a round does not say its samples")?;
+    }
+    let average = |extension: &str| -> Result<Vec<[f32; 3]>> {
+        let mut sum = vec![0.0; width as usize * height as usize * 3];
+        for round in rounds {
+            let bytes = fs::read(folder.join(format!("{round}.{extension}")))?;
+            if bytes.len() != sum.len() * 4 {
+                return Err(format!("{round}.{extension}: the picture is not of {width} x {height} pixels").into());
+            }
+            for (sum, bytes) in sum.iter_mut().zip(bytes.chunks_exact(4)) {
+                *sum += f64::from(f32::from_le_bytes(bytes.try_into()?));
+            }
+        }
+        let values = sum.chunks_exact(3);
+        Ok(values.map(|v| [0, 1, 2].map(|c| (v[c] / rounds.len() as f64) as f32)).collect())
+    };
+    let mut pixels = average("mean.f32")?;
+    if let Some(equilibrium) = equilibrium {
+        for pixel in &mut pixels {
+            *pixel = [0, 1, 2].map(|c| equilibrium[c] - pixel[c]);
+        }
+    }
+    let samples = vec![u32::try_from(samples)?; pixels.len()];
+    let statistics = Some(Statistics { variance: average("variance.f32")?, samples });
+    Ok(Image { width, height, pixels, statistics, ..Image::default() }.write(output, 0.0)?)
+}

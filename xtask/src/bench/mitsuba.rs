@@ -1,0 +1,303 @@
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+use serde_json::Value;
+
+use super::{publish, table};
+use crate::process;
+
+/// The reference against Mitsuba 3, an independent renderer; writes docs/mitsuba.md
+///
+/// Mitsuba comes from PyPI into a virtual environment of its own. Both render the same scenes with all orders of
+/// scattering; the z-test must find no difference beyond their noise, and must find one where a scene was changed on purpose.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  cargo xtask bench mitsuba                 (needs python3 with venv; takes some minutes)
+  cargo xtask bench mitsuba --effort 4      (4 times the samples: half the noise)")]
+pub struct Arguments {
+    /// Samples, in times of the usual
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    effort: u32,
+    /// Mitsuba's variant; scalar_rgb needs nothing, llvm_ad_rgb a recent LLVM
+    #[arg(long, default_value = "scalar_rgb")]
+    variant: String,
+}
+
+/// What is installed, by pip's names.
+const PACKAGES: [&str; 3] = ["mitsuba==3.9.1", "drjit==1.5.0", "numpy==2.4.6"];
+
+/// Both renderers take turns so many times, for the ratio of their speeds.
+const ROUNDS: u32 = 3;
+/// Independent pictures of Mitsuba's a round; the spread of all tells their variance.
+const BATCHES: u32 = 8;
+
+/// A scene with how it is rendered.
+struct Case {
+    name: &'static str,
+    scene: &'static str,
+    size: Option<&'static str>,
+    integrator: &'static str,
+    /// Samples a pixel, a round.
+    samples: [u32; 2],
+    /// A change of our scene alone that the z-test must find.
+    change: &'static str,
+}
+
+const CASES: [Case; 3] = [
+    Case {
+        name: "homogeneous slab, sun and sky",
+        scene: "xtask/mitsuba/slab.toml",
+        size: None,
+        // Mitsuba's own for media whose extinction differs among the channels.
+        integrator: "volpathmis",
+        samples: [256, 256],
+        change: "media.slab.optics.coefficients.phase.hg.g=0.48",
+    },
+    Case {
+        name: "plume with sun",
+        scene: "scenes/plume.toml",
+        size: Some("160x120"),
+        integrator: "volpath",
+        samples: [128, 128],
+        change: "media.plume.optics.coefficients.sigma_s=14.5",
+    },
+    Case {
+        name: "emissive plume",
+        scene: "xtask/mitsuba/ember.toml",
+        size: None,
+        integrator: "volpath",
+        samples: [128, 128],
+        change: "media.plume.optics.coefficients.sigma_s=8.5",
+    },
+];
+
+impl Arguments {
+    /// Renders all cases with both, and compares.
+    pub fn run(&self) -> Result<()> {
+        let tyndall = process::build_tyndall()?;
+        let scenes = process::build("--example", "mitsuba")?;
+        let python = environment()?;
+        let head = [
+            "scene",
+            "samples ours, Mitsuba's",
+            "relative RMSE",
+            "noise of both",
+            "largest \\|z\\|",
+            "limit",
+            "mean z²",
+            "z-test",
+            "changed scene",
+            "paths/s over Mitsuba's",
+        ];
+        let mut rows = vec![head.map(String::from).to_vec()];
+        let mut failed = Vec::new();
+        let mut version = String::new();
+        for case in &CASES {
+            println!("{} ({})", case.name, case.scene);
+            let bench = Bench {
+                case,
+                arguments: self,
+                tyndall: &tyndall,
+                python: &python,
+                scenes: &scenes,
+                folder: process::scratch("mitsuba")?,
+            };
+            let found = bench.run()?;
+            let test = &found.same;
+            println!(
+                "  z-test {}: largest |z| {:.2} at ({}, {}), limit {:.2}, mean z^2 {:.3}; the changed scene: |z| {:.2}",
+                if test.pass { "passed" } else { "FAILED" },
+                test.max_z,
+                test.x,
+                test.y,
+                test.threshold,
+                test.mean_z_squared,
+                found.changed.max_z
+            );
+            if !test.pass {
+                failed.push(format!("{}: the pictures differ beyond their noise", case.name));
+            }
+            if found.changed.pass {
+                failed.push(format!("{}: {} was not noticed", case.name, case.change));
+            }
+            let word = |pass| if pass { "passed" } else { "failed" };
+            rows.push(vec![
+                format!("[{}](../{})", case.name, case.scene),
+                format!("{}, {}", found.samples[0], found.samples[1]),
+                format!("{:.3} %", test.relative_rmse * 100.0),
+                format!("{:.3} %", test.noise * 100.0),
+                format!("{:.2}", test.max_z),
+                format!("{:.2}", test.threshold),
+                format!("{:.3}", test.mean_z_squared),
+                word(test.pass).into(),
+                format!("{} at \\|z\\| = {:.1}: `{}`", word(found.changed.pass), found.changed.max_z, setting(case)),
+                format!("{:.2}", found.speed),
+            ]);
+            version = found.version;
+        }
+        let text = page(&version, &self.variant, &rows);
+        println!("\n{text}");
+        publish("mitsuba.md", &text)?;
+        if failed.is_empty() { Ok(()) } else { bail!("{}", failed.join("\n")) }
+    }
+}
+
+/// The change's last field and value.
+fn setting(case: &Case) -> &str {
+    case.change.split_once("coefficients.").map_or(case.change, |(_, setting)| setting)
+}
+
+fn page(version: &str, variant: &str, rows: &[Vec<String>]) -> String {
+    format!(
+        "# The reference against Mitsuba 3\n\n\
+         `tyndall reference` and [Mitsuba](https://mitsuba-renderer.org) {version} (`{variant}`) render the same scenes, with \
+         all orders of scattering.\nBoth estimate the same radiance without bias, so that what differs is noise: the z-test \
+         holds the difference of every\nblock of 8 × 8 pixels and channel against the noise of both, Šidák-corrected to a \
+         probability of 1 % for a false alarm.\nThe last but one column is the same test with a scene that was changed for us \
+         alone: there it must fail.\n\n\
+         Mitsuba has no emissive media. By Kirchhoff's law a medium with emission B·σ_a in an environment of radiance B is \
+         in\nequilibrium, and looks B everywhere: so its emission alone gives B less what Mitsuba shows of the same medium, \
+         not\nglowing, in an environment of radiance B.\n\n\
+         The speeds were measured in turns in one run; ours is of the `dev` profile with the time to load the scene. Made \
+         by\n`cargo xtask bench mitsuba`.\n\n{}",
+        table(rows)
+    )
+}
+
+/// A Python with Mitsuba.
+fn environment() -> Result<PathBuf> {
+    let folder = process::scratch("mitsuba")?.join("venv");
+    let python = folder.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
+    if !python.is_file() {
+        let python3 = if cfg!(windows) { "python" } else { "python3" };
+        process::run(Command::new(python3).args(["-m", "venv"]).arg(&folder))
+            .context("python3 with its module venv is needed (Debian: python3-venv)")?;
+    }
+    let mut install = Command::new(&python);
+    process::run(install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]).args(PACKAGES))?;
+    Ok(python)
+}
+
+/// A comparison's result.
+#[derive(Debug)]
+struct Comparison {
+    pass: bool,
+    max_z: f64,
+    threshold: f64,
+    mean_z_squared: f64,
+    x: u64,
+    y: u64,
+    relative_rmse: f64,
+    /// The relative RMSE that the noise of both pictures would cause.
+    noise: f64,
+}
+
+/// What a case came to.
+struct Found {
+    same: Comparison,
+    changed: Comparison,
+    samples: [u32; 2],
+    /// Our paths per second over Mitsuba's: the median of the rounds.
+    speed: f64,
+    version: String,
+}
+
+struct Bench<'a> {
+    case: &'a Case,
+    arguments: &'a Arguments,
+    tyndall: &'a Path,
+    python: &'a Path,
+    /// The program that takes scenes to Mitsuba.
+    scenes: &'a Path,
+    folder: PathBuf,
+}
+
+impl Bench<'_> {
+    fn run(&self) -> Result<Found> {
+        self.convert("export", &[self.case.scene.into(), self.folder.clone()], self.case.size.as_slice())?;
+        let [ours, theirs, changed] = ["tyndall.exr", "mitsuba.exr", "changed.exr"].map(|name| self.folder.join(name));
+        for file in [&ours, &changed] {
+            if file.exists() {
+                std::fs::remove_file(file)?;
+            }
+        }
+        let [our_samples, their_samples] = self.case.samples.map(|samples| samples * self.arguments.effort);
+        let (mut speeds, mut rounds, mut version) = (Vec::new(), Vec::new(), String::new());
+        for round in 0..ROUNDS {
+            let begun = Instant::now();
+            self.reference(&ours, our_samples * (round + 1), None)?;
+            let our_speed = f64::from(our_samples) / begun.elapsed().as_secs_f64();
+            let report = self.mitsuba(their_samples, round)?;
+            version = report["version"].as_str().unwrap_or_default().into();
+            let seconds = report["seconds"].as_f64().context("Mitsuba gave no time")?;
+            let their_speed = f64::from(their_samples) / seconds;
+            println!("  round {}: {our_speed:.1} samples a pixel and second, Mitsuba {their_speed:.1}", round + 1);
+            rounds.push(format!("round{round}"));
+            speeds.push(our_speed / their_speed);
+        }
+        speeds.sort_by(f64::total_cmp);
+        let samples = [our_samples, their_samples].map(|samples| samples * ROUNDS);
+        let rounds: Vec<_> = rounds.iter().map(String::as_str).collect();
+        self.convert("import", &[self.folder.clone(), theirs.clone()], &rounds)?;
+        self.reference(&changed, samples[0], Some(self.case.change))?;
+        Ok(Found {
+            same: self.compare(&ours, &theirs)?,
+            changed: self.compare(&changed, &theirs)?,
+            samples,
+            speed: speeds[speeds.len() / 2],
+            version,
+        })
+    }
+
+    /// Renders, or continues, our picture.
+    fn reference(&self, output: &Path, samples: u32, change: Option<&str>) -> Result<()> {
+        let mut command = process::tyndall(self.tyndall)?;
+        command.args(["reference", self.case.scene, "--samples", &samples.to_string(), "-o"]).arg(output);
+        command.args(self.case.size.map(|size| format!("--size={size}")));
+        command.args(change.map(|change| format!("--set={change}")));
+        process::output(&mut command).map(drop)
+    }
+
+    /// Takes the scene to Mitsuba, or its pictures back.
+    fn convert(&self, verb: &str, paths: &[PathBuf], words: &[&str]) -> Result<()> {
+        let mut command = Command::new(self.scenes);
+        command.current_dir(process::root());
+        process::output(command.arg(verb).args(paths).args(words)).map(drop)
+    }
+
+    /// Renders a round of Mitsuba's and gives its report.
+    fn mitsuba(&self, samples: u32, round: u32) -> Result<Value> {
+        let output = self.folder.join(format!("round{round}"));
+        let mut command = Command::new(self.python);
+        command.arg(process::root().join("xtask/mitsuba/render.py")).arg(self.folder.join("scene.json")).arg(&output);
+        command.args(["--variant", &self.arguments.variant, "--integrator", self.case.integrator]);
+        for (name, value) in [("--batches", BATCHES), ("--spp", samples / BATCHES), ("--seed", round)] {
+            command.args([name, &value.to_string()]);
+        }
+        process::output(&mut command)?;
+        Ok(serde_json::from_str(&std::fs::read_to_string(output.with_extension("json"))?)?)
+    }
+
+    /// Holds a picture of ours against Mitsuba's.
+    fn compare(&self, ours: &Path, theirs: &Path) -> Result<Comparison> {
+        let mut command = process::tyndall(self.tyndall)?;
+        let text = process::output(command.arg("compare").arg(ours).arg(theirs).arg("--json"))?;
+        let report: Value = serde_json::from_str(&text)?;
+        let number = |pointer: &str| report.pointer(pointer).and_then(Value::as_f64);
+        let needed = |pointer: &str| number(pointer).with_context(|| format!("`tyndall compare` gives no {pointer}"));
+        Ok(Comparison {
+            pass: report.pointer("/z_test/pass").and_then(Value::as_bool).context("there was no z-test")?,
+            // JSON has no infinity.
+            max_z: number("/z_test/max_z").unwrap_or(f64::INFINITY),
+            threshold: needed("/z_test/threshold")?,
+            mean_z_squared: number("/z_test/mean_z_squared").unwrap_or(f64::INFINITY),
+            x: needed("/z_test/x")? as u64,
+            y: needed("/z_test/y")? as u64,
+            relative_rmse: needed("/linear/relative_rmse")?,
+            noise: needed("/linear/noise")?.hypot(needed("/linear/reference_noise")?),
+        })
+    }
+}
