@@ -6,6 +6,7 @@ use tyndall_scene::metrics::{self, Report, error_map};
 
 use crate::failure::Failure;
 use crate::input::check_output;
+use crate::say;
 
 /// Measure how wrong an image is against a reference
 ///
@@ -30,7 +31,7 @@ pub struct Arguments {
     #[arg(long, value_name = "DIFF.png")]
     map: Option<PathBuf>,
     /// Exposure in stops for the measures of what a screen shows
-    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = exposure)]
     exposure: f32,
     /// Exit with 1 where a measure is worse than VALUE: rmse, relative_rmse, relative_bias, flip_mean, flip_p99 and
     /// max_z above it, psnr_db and ssim below it (repeatable)
@@ -47,7 +48,8 @@ impl Arguments {
         if let Some(map) = &self.map {
             check_output(map, &["png"])?;
         }
-        let [image, reference] = [Picture::read(&self.image)?, Picture::read(&self.reference)?];
+        let read = |path| Picture::read(path).map_err(|error| Failure::Input(error.into()));
+        let [image, reference] = [read(&self.image)?, read(&self.reference)?];
         let options = metrics::Options { exposure: self.exposure, ..Default::default() };
         let report = metrics::compare(&image, &reference, &options)?;
         let named = named(&report);
@@ -63,9 +65,9 @@ impl Arguments {
         }
         if self.json {
             let text = serde_json::to_string_pretty(&report).map_err(|error| Failure::Failed(error.into()))?;
-            println!("{text}");
+            say::result(&(text + "\n"))?;
         } else {
-            print(&report);
+            say::result(&table(&report))?;
         }
         let worse: Vec<_> = self
             .fail_over
@@ -97,30 +99,28 @@ fn named(report: &Report) -> Vec<(&'static str, f64)> {
     named
 }
 
-fn print(report: &Report) {
-    println!("size             {} x {}", report.width, report.height);
+fn table(report: &Report) -> String {
+    let mut lines = vec![format!("size             {} x {}", report.width, report.height)];
     if let Some(linear) = &report.linear {
-        println!("RMSE             {:.6} W/sr/m^2", linear.rmse);
-        println!("relative RMSE    {:.4} %", linear.relative_rmse * 100.0);
-        let part = |label: &str, value: Option<f64>| {
-            if let Some(value) = value {
-                println!("  {label:<15}{:.4} %", value * 100.0);
-            }
-        };
-        part("image noise", linear.noise);
-        part("reference noise", linear.reference_noise);
-        part("bias", linear.relative_bias);
+        lines.push(format!("RMSE             {:.6} W/sr/m^2", linear.rmse));
+        lines.push(format!("relative RMSE    {:.4} %", linear.relative_rmse * 100.0));
+        for (label, value) in
+            [("image noise", linear.noise), ("ref. noise", linear.reference_noise), ("bias", linear.relative_bias)]
+        {
+            lines.extend(value.map(|value| format!("  {label:<15}{:.4} %", value * 100.0)));
+        }
     }
-    println!("PSNR             {:.2} dB", report.psnr_db);
-    println!("SSIM             {:.5}", report.ssim);
-    println!("FLIP             {:.5} mean, {:.5} 99th percentile", report.flip_mean, report.flip_p99);
+    lines.push(format!("PSNR             {:.2} dB", report.psnr_db));
+    lines.push(format!("SSIM             {:.5}", report.ssim));
+    lines.push(format!("FLIP             {:.5} mean, {:.5} 99th percentile", report.flip_mean, report.flip_p99));
     if let Some(test) = &report.z_test {
         let verdict = if test.pass { "passed" } else { "failed" };
-        println!(
+        lines.push(format!(
             "z-test           {verdict}: largest |z| {:.2} at ({}, {}), limit {:.2}, {} tests",
             test.max_z, test.x, test.y, test.threshold, test.tests
-        );
+        ));
     }
+    lines.join("\n") + "\n"
 }
 
 fn limit(text: &str) -> Result<(String, f64), String> {
@@ -130,4 +130,9 @@ fn limit(text: &str) -> Result<(String, f64), String> {
         return Err("accepted: a number that is not NaN".into());
     }
     Ok((name.into(), value))
+}
+
+fn exposure(text: &str) -> Result<f32, String> {
+    let value = text.parse().ok().filter(|value: &f32| value.is_finite());
+    value.ok_or_else(|| "accepted: a finite number of stops".into())
 }

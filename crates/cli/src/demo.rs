@@ -8,6 +8,7 @@ use crate::failure::Failure;
 use crate::input::{check_output, memory_budget};
 use crate::interrupt::Interrupt;
 use crate::render::RenderingArguments;
+use crate::say;
 
 const SCENE: &str = include_str!("../../../scenes/plume.toml");
 const VOLUME: &[u8] = include_bytes!("../../../scenes/smoke.vdb");
@@ -33,9 +34,8 @@ impl Arguments {
         let assets = Embedded(vec![("smoke.vdb", VOLUME)]);
         let world = World::load(document.parse()?, &assets, memory_budget())
             .map_err(|error| Failure::from(error.locate(&document)))?;
-        print!("{}", self.rendering.render(&world, &self.output, &interrupt)?);
-        println!("total    {:>10.3} ms", started.elapsed().as_secs_f64() * 1e3);
-        println!("picture  {}", self.output.display());
-        Ok(())
+        let timings = self.rendering.render(&world, &self.output, &interrupt)?;
+        let total = started.elapsed().as_secs_f64() * 1e3;
+        say::result(&format!("{timings}total    {total:>10.3} ms\npicture  {}\n", self.output.display()))
     }
 }

@@ -8,6 +8,8 @@ use tyndall_scene::SceneError;
 use tyndall_scene::image::ImageError;
 use tyndall_scene::metrics::MetricError;
 
+use crate::say;
+
 /// Why a command did not succeed.
 #[derive(Debug)]
 pub enum Failure {
@@ -24,15 +26,15 @@ impl Failure {
     pub fn report(&self) -> ExitCode {
         match self {
             Failure::Input(error) => {
-                eprintln!("error: {error:#}");
+                say::note(&format!("error: {error:#}"));
                 ExitCode::from(2)
             }
             Failure::Failed(error) => {
-                eprintln!("error: {error:#}");
+                say::note(&format!("error: {error:#}"));
                 ExitCode::FAILURE
             }
             Failure::Interrupted => {
-                eprintln!("interrupted");
+                say::note("interrupted");
                 ExitCode::from(130)
             }
         }

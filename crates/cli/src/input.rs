@@ -1,11 +1,13 @@
 //! A scene from the command line: file, overrides, assets.
 
+use std::fs::File;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use tyndall_scene::assets::Directory;
 use tyndall_scene::volume::Budget;
-use tyndall_scene::{Document, Scene, World};
+use tyndall_scene::{Document, MAX_TEXT, Scene, SceneError, World};
 
 use crate::failure::Failure;
 
@@ -25,39 +27,56 @@ pub struct Input {
 impl Input {
     /// Reads, overrides, checks and loads the scene.
     pub fn load(&self) -> Result<World, Failure> {
-        let text = std::fs::read_to_string(&self.scene)
-            .with_context(|| format!("cannot read the scene {}", self.scene.display()))
-            .map_err(Failure::Input)?;
-        let document = Document::new(self.scene.display().to_string(), text);
+        let document = Document::from_bytes(self.scene.display().to_string(), self.read()?)?;
         let mut scene = document.parse()?;
         for (path, value) in &self.set {
-            scene.set(path, value)?;
+            let set = scene.set(path, value);
+            set.map_err(|error| Failure::Input(anyhow!("--set {path}={value}: {error}")))?;
         }
         if let Some([width, height]) = self.size {
-            scene.set("film.size", &format!("[{width}, {height}]"))?;
+            let set = scene.set("film.size", &format!("[{width}, {height}]"));
+            set.map_err(|error| Failure::Input(anyhow!("--size {width}x{height}: {error}")))?;
         }
         self.check_settings(&scene, &document)?;
         let folder = self.scene.parent().unwrap_or(Path::new(""));
         let started = std::time::Instant::now();
         let world = World::load(scene, &Directory(folder.into()), memory_budget())
-            .map_err(|error| Failure::from(error.locate(&document)))?;
+            .map_err(|error| self.blame(error.locate(&document)))?;
         tracing::info!(volumes = world.volumes.len(), hash = &world.hash[..16], time = ?started.elapsed(), "loaded");
         Ok(world)
+    }
+
+    /// The scene file's bytes, and no more of them than a scene may have.
+    fn read(&self) -> Result<Vec<u8>, Failure> {
+        let mut bytes = Vec::new();
+        File::open(&self.scene)
+            .and_then(|file| file.take(MAX_TEXT as u64 + 1).read_to_end(&mut bytes))
+            .with_context(|| format!("cannot read the scene {}", self.scene.display()))
+            .map_err(Failure::Input)?;
+        Ok(bytes)
     }
 
     /// Holds technique settings against what the techniques declare, so that an error knows its line.
     fn check_settings(&self, scene: &Scene, document: &Document) -> Result<(), Failure> {
         match tyndall::techniques::chosen(scene) {
             Ok(_) => Ok(()),
-            Err(tyndall::RenderError::Setting(error)) => {
-                let overridden = self.set.iter().any(|(path, _)| *path == error.path);
-                Err(if overridden { Failure::Input(anyhow!("--set {error}")) } else { document.locate(&error).into() })
-            }
+            Err(tyndall::RenderError::Setting(error)) => Err(self.blame(document.locate(&error))),
             Err(tyndall::RenderError::NoSuchTechnique { found, accepted }) => {
-                let message = format!("found an unknown technique; accepted: {accepted}");
-                Err(document.at(&format!("techniques.{found}"), &message).into())
+                let path = format!("techniques.{found}");
+                Err(self.blame(document.at(&path, &format!("found technique {found:?}; accepted: {accepted}"))))
             }
             Err(other) => Err(other.into()),
+        }
+    }
+
+    /// An error as one of the command line, where that and not the file gave the value at fault.
+    fn blame(&self, error: SceneError) -> Failure {
+        let within =
+            |inner: &str, outer: &str| inner.strip_prefix(outer).is_some_and(|r| r.is_empty() || r.starts_with('.'));
+        let set = self.set.iter().rev().find(|(path, _)| within(path, &error.path) || within(&error.path, path));
+        match set {
+            Some((path, value)) => Failure::Input(anyhow!("--set {path}={value}: {}: {}", error.path, error.message)),
+            None => error.into(),
         }
     }
 }
@@ -94,6 +113,9 @@ pub fn check_output(path: &Path, extensions: &[&str]) -> Result<(), Failure> {
     if !extensions.contains(&extension.as_str()) {
         let accepted = extensions.iter().map(|e| format!(".{e}")).collect::<Vec<_>>().join(" or ");
         return Err(Failure::Input(anyhow!("output {}: accepted: a name that ends in {accepted}", path.display())));
+    }
+    if path.is_dir() {
+        return Err(Failure::Input(anyhow!("output {}: there is a folder of that name", path.display())));
     }
     let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if !folder.is_dir() {

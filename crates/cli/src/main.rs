@@ -9,6 +9,7 @@ mod interrupt;
 mod progress;
 mod reference;
 mod render;
+mod say;
 mod schema;
 
 use std::process::ExitCode;
@@ -19,6 +20,7 @@ use tracing_subscriber::EnvFilter;
 /// Renders light through things that are not opaque, and states how wrong each picture is.
 #[derive(Parser)]
 #[command(
+    name = "tyndall",
     version,
     arg_required_else_help = true,
     after_help = "\
@@ -57,7 +59,12 @@ fn main() -> ExitCode {
         _ => "debug,naga=info",
     };
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(level));
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).without_time().init();
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .without_time()
+        .log_internal_errors(false)
+        .init();
     let outcome = match cli.command {
         Command::Demo(arguments) => arguments.run(),
         Command::Render(arguments) => arguments.run(),

@@ -10,7 +10,7 @@ use tyndall_scene::image::Image;
 use crate::failure::Failure;
 use crate::input::{Input, check_output};
 use crate::interrupt::Interrupt;
-use crate::{progress, render};
+use crate::{progress, render, say};
 
 /// Path-trace a scene on the CPU: the ground truth, with its variance
 ///
@@ -43,6 +43,9 @@ pub struct Arguments {
     seed: u64,
 }
 
+/// The attribute that says how long the picture took in all its runs.
+const SECONDS: &str = "seconds rendering";
+
 /// How often the unfinished picture is written.
 const CHECKPOINT: Duration = Duration::from_secs(120);
 
@@ -57,6 +60,8 @@ impl Arguments {
         let options = Options { depth: self.depth, samples, error: self.error, seed: self.seed };
         let bar = progress::bar();
         let mut last = None;
+        let seconds = |image: &Image| image.attributes.get(SECONDS).and_then(|text| text.parse().ok()).unwrap_or(0.0);
+        let mut spent: f64 = image.as_ref().map_or(0.0, seconds);
         loop {
             let begun = Instant::now();
             let mut due = false;
@@ -67,6 +72,8 @@ impl Arguments {
                 if due || interrupt.pressed() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             })?;
             self.describe(&world, &mut traced);
+            spent += begun.elapsed().as_secs_f64();
+            traced.attributes.insert(SECONDS.into(), format!("{spent:.3}"));
             // An interruption within the first pass leaves pixels without a sample: no picture yet.
             if traced.statistics.as_ref().is_some_and(|s| s.samples.iter().all(|&n| n > 0)) {
                 traced.write(&self.output, 0.0)?;
@@ -78,12 +85,12 @@ impl Arguments {
         }
         bar.finish_and_clear();
         if let Some(last) = last {
-            eprintln!(
+            say::note(&format!(
                 "{}: {} samples a pixel, relative standard error {:.3} %",
                 self.output.display(),
                 last.samples,
                 last.relative_error * 100.0
-            );
+            ));
         }
         if interrupt.pressed() { Err(Failure::Interrupted) } else { Ok(()) }
     }
@@ -93,15 +100,17 @@ impl Arguments {
         if !self.output.exists() {
             return Ok(None);
         }
-        let image = Image::read(&self.output)?;
+        let image = Image::read(&self.output).map_err(|error| Failure::Input(error.into()))?;
         let mut expected = Image::default();
         self.describe(world, &mut expected);
         let same = |name: &str| image.attributes.get(name) == expected.attributes.get(name);
         match ["scene hash", "depth", "seed"].into_iter().find(|name| !same(name)) {
             None => Ok(Some(image)),
             Some(different) => Err(Failure::Input(anyhow!(
-                "{}: there is already a picture of another {different}; remove it or choose another name",
-                Path::display(&self.output)
+                "output {}: found a picture of another {}; accepted: one of this scene, depth and seed to continue, or no \
+                 file of that name",
+                Path::display(&self.output),
+                different.trim_end_matches(" hash")
             ))),
         }
     }
@@ -109,6 +118,7 @@ impl Arguments {
     fn describe(&self, world: &World, image: &mut Image) {
         render::describe(world, &mut image.attributes);
         let depth = self.depth.map_or("any".into(), |depth| depth.to_string());
+        image.attributes.insert("method".into(), "path tracing".into());
         image.attributes.insert("depth".into(), depth);
         image.attributes.insert("seed".into(), self.seed.to_string());
     }

@@ -8,7 +8,7 @@ use tyndall_scene::World;
 use crate::failure::Failure;
 use crate::input::{Input, check_output};
 use crate::interrupt::Interrupt;
-use crate::progress;
+use crate::{progress, say};
 
 /// Render a scene on the GPU, or on the CPU driver where there is none
 #[derive(clap::Args)]
@@ -48,9 +48,8 @@ impl Arguments {
         let loaded = started.elapsed();
         let timings = self.rendering.render(&world, &self.output, &interrupt)?;
         if self.timings {
-            println!("load     {:>10.3} ms", loaded.as_secs_f64() * 1e3);
-            print!("{timings}");
-            println!("total    {:>10.3} ms", started.elapsed().as_secs_f64() * 1e3);
+            let [loaded, total] = [loaded, started.elapsed()].map(|time| time.as_secs_f64() * 1e3);
+            say::result(&format!("load     {loaded:>10.3} ms\n{timings}total    {total:>10.3} ms\n"))?;
         }
         Ok(())
     }

@@ -1,6 +1,7 @@
 use tyndall_scene::Scene;
 
 use crate::failure::Failure;
+use crate::say;
 
 /// Print the JSON Schema of scene files
 ///
@@ -14,7 +15,6 @@ impl Arguments {
     /// Prints the schema.
     pub fn run(&self) -> Result<(), Failure> {
         let text = serde_json::to_string_pretty(&Scene::schema()).map_err(|error| Failure::Failed(error.into()))?;
-        println!("{text}");
-        Ok(())
+        say::result(&(text + "\n"))
     }
 }

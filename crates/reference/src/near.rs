@@ -57,7 +57,7 @@ impl Ball {
         }
         let first = (-half).max(-middle);
         let [a, b] = [first, half].map(|s| (s / closest).atan());
-        // [Kulla12 (2)–(4)]
+        // [Kulla12]
         let s = closest * (a + (b - a) * rng.uniform()).tan();
         let density = closest / ((b - a) * (closest * closest + s * s));
         (density.is_finite() && density > 0.0).then_some(((middle + s).max(0.0), density))

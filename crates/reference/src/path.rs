@@ -32,7 +32,7 @@ impl Tracer {
         Ok(Self { media: Media { media, scatters, glows }, lights, balls })
     }
 
-    /// An estimate of the radiance that arrives at `origin` [m] from the unit `direction` [W·sr⁻¹·m⁻²]; its mean is the
+    /// An estimate of the radiance that arrives at `origin` (metres) from the unit `direction` [W·sr⁻¹·m⁻²]; its mean is the
     /// radiance of light scattered at most `depth` times (`None`: any number of times).
     ///
     /// Depth 0 is emission, absorption and what is behind; 1 is single scattering. Light of lamps is sought at every
@@ -75,7 +75,7 @@ impl Tracer {
         flight.radiance
     }
 
-    /// An estimate of the share of light that passes from `origin` over `distance` [m] in the unit `direction`.
+    /// An estimate of the share of light that passes from `origin` over `distance` (metres) in the unit `direction`.
     pub fn transmittance(&self, origin: DVec3, direction: DVec3, distance: f64, rng: &mut Random) -> DVec3 {
         self.media.transmittance(origin, direction, distance, &mut March::default(), rng)
     }

@@ -17,7 +17,7 @@ pub fn pdf(phase: Phase, cos_theta: f64) -> f64 {
         Phase::Isotropic => 0.25 * FRAC_1_PI,
         Phase::Rayleigh => 3.0 / 16.0 * FRAC_1_PI * (1.0 + cos_theta * cos_theta),
         Phase::Hg { g } => {
-            // [Henyey41 (2)]; (1 − g)² + 2g(1 − cosθ) = 1 + g² − 2g cosθ, without cancellation.
+            // [Henyey41]; (1 − g)² + 2g(1 − cosθ) = 1 + g² − 2g cosθ, without cancellation.
             let g = f64::from(g);
             let d = (1.0 - g) * (1.0 - g) + 2.0 * g * (1.0 - cos_theta);
             0.25 * FRAC_1_PI * (1.0 - g * g) / (d * d.sqrt())
@@ -37,7 +37,7 @@ pub fn sample_cosine(phase: Phase, u: f64) -> f64 {
             (a - 1.0 / a).clamp(-1.0, 1.0)
         }
         Phase::Hg { g } => {
-            // [Witt77 (19)], (1 + g² − ((1−g²)/(1+gs))²)/2g, multiplied out so that nothing is divided by g.
+            // [Witt77], (1 + g² − ((1−g²)/(1+gs))²)/2g, multiplied out so that nothing is divided by g.
             let g = f64::from(g);
             let d = 1.0 + g * s;
             let numerator = 2.0 * s * (1.0 + g * g) + g * (3.0 - g * g + s * s * (1.0 + g * g));

@@ -3,7 +3,7 @@
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;
 
-/// A stream of random numbers [ONeill14].
+/// A stream of random numbers \[ONeill14\].
 #[derive(Clone, Debug)]
 pub struct Random(Pcg64Mcg);
 

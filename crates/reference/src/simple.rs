@@ -1,6 +1,6 @@
 //! The simplest path tracer for participating media that is right, on a page. [`crate::Tracer`] must agree with it.
 //!
-//! One majorant for all the world [Woodcock65], one colour channel a path, absorption by chance, no weights, no cells:
+//! One majorant for all the world \[Woodcock65\], one colour channel a path, absorption by chance, no weights, no cells:
 //! slow, noisy, and easy to check by reading. It shares with the tracer the lights, the phase functions and the random
 //! numbers, each of which has tests of its own.
 
@@ -34,7 +34,7 @@ impl<'a> Simple<'a> {
         Self { world, lights: Lights::new(&world.scene), majorant, center, radius }
     }
 
-    /// An estimate of the radiance [W·sr⁻¹·m⁻²] that arrives at `origin` [m] from the unit `direction`, of light scattered
+    /// An estimate of the radiance [W·sr⁻¹·m⁻²] that arrives at `origin` (metres) from the unit `direction`, of light scattered
     /// at most `depth` times.
     pub fn radiance(&self, origin: DVec3, direction: DVec3, depth: Option<u32>, rng: &mut Random) -> DVec3 {
         let channel = (3.0 * rng.uniform()) as usize;

@@ -86,7 +86,7 @@ impl Flight {
 
 impl Media {
     /// Follows a path from `origin` to its next scattering, collecting emission on the way: spectral tracking, history
-    /// aware [Kutz17, §5.1.3]. At a tentative collision the weights of the channels decide between scattering and a null
+    /// aware [Kutz17]. At a tentative collision the weights of the channels decide between scattering and a null
     /// collision; absorption is left to the weights.
     /// With `scattering` false, scattered light counts as lost.
     pub fn fly(&self, origin: DVec3, direction: DVec3, scattering: bool, flight: &mut Flight, rng: &mut Random) -> End {
@@ -118,7 +118,7 @@ impl Media {
                 let null = (DVec3::splat(majorant) - sigma_s - sigma_a).max(DVec3::ZERO);
                 let (real, passed) = (flight.weight.dot(sigma_s), flight.weight.dot(null));
                 if scattering && real > 0.0 {
-                    // P_s of [Kutz17 (32)].
+                    // P_s = w·σ_s / (w·σ_s + w·σ_n), sums over channels [Kutz17].
                     if rng.uniform() * (real + passed) < real {
                         flight.weight *= (real + passed) / (majorant * real);
                         return End::Scattered(here);

@@ -32,9 +32,10 @@ pub enum AdapterChoice {
 pub struct Gpu {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
-    /// What the device runs on; `None` for a caller's own device.
-    pub adapter: Option<wgpu::AdapterInfo>,
+    /// What the device runs on.
+    pub adapter: wgpu::AdapterInfo,
     pub(crate) pipelines: Arc<Mutex<HashMap<String, wgpu::ComputePipeline>>>,
+    iterations: u32,
     lost: Arc<OnceLock<String>>,
 }
 
@@ -96,25 +97,22 @@ impl Gpu {
             .request_device(&descriptor)
             .await
             .map_err(|error| RenderError::NoDevice { adapter: info.name.clone(), reason: error.to_string() })?;
-        let gpu = Self { adapter: Some(info), ..Self::from_device(device, queue) };
+        let gpu = Self::from_device(device, queue);
         gpu.watch();
         Ok(gpu)
     }
 
     /// Uses a caller's own device. Its error and loss callbacks stay the caller's.
     pub fn from_device(device: wgpu::Device, queue: wgpu::Queue) -> Self {
-        Self { device, queue, adapter: None, pipelines: Arc::default(), lost: Arc::default() }
+        let adapter = device.adapter_info();
+        let iterations = if adapter.device_type == wgpu::DeviceType::Cpu { 60_000 } else { 1_000_000 };
+        Self { device, queue, adapter, pipelines: Arc::default(), iterations, lost: Arc::default() }
     }
 
     /// The adapter and its driver, in one line.
     pub fn name(&self) -> String {
-        self.adapter.as_ref().map_or_else(
-            || "the caller's device".into(),
-            |info| {
-                let driver = format!("{} {}", info.driver, info.driver_info);
-                format!("{} ({}, {})", info.name, info.backend, driver.trim())
-            },
-        )
+        let info = &self.adapter;
+        format!("{} ({}, {})", info.name, info.backend, format!("{} {}", info.driver, info.driver_info).trim())
     }
 
     fn watch(&self) {
@@ -149,22 +147,22 @@ impl Gpu {
         self.alive()
     }
 
-    /// Whether the adapter is a CPU driver.
-    fn on_cpu(&self) -> bool {
-        self.adapter.as_ref().is_some_and(|info| info.device_type == wgpu::DeviceType::Cpu)
-    }
-
     /// How many pixels a side the film's tiles have: enough to fill a GPU, or few enough for a CPU driver to show
     /// progress and be cancelled.
     pub(crate) fn tile_side(&self) -> u32 {
-        if self.on_cpu() { 128 } else { 1024 }
+        if self.adapter.device_type == wgpu::DeviceType::Cpu { 128 } else { 1024 }
     }
 
     /// How many loop iterations, of all its loops together, an invocation may make. Mesa's llvmpipe silently ends all
     /// loops of an invocation after 65535; on a GPU a million takes far less than the seconds after which a driver
     /// gives up.
     pub(crate) fn iterations(&self) -> u32 {
-        if self.on_cpu() { 60_000 } else { 1_000_000 }
+        self.iterations
+    }
+
+    #[cfg(test)]
+    pub(crate) fn limit_iterations(&mut self, iterations: u32) {
+        self.iterations = iterations;
     }
 
     /// Makes a texture; a lack of memory is an error that says what did not fit.

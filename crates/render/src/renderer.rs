@@ -46,7 +46,7 @@ pub async fn render(
 }
 
 /// Reads a `Rgba32Float` film back, without its opacity, in bands so that little memory is needed beside the image.
-async fn read_film(gpu: &Gpu, film: &wgpu::Texture) -> Result<Vec<[f32; 3]>, RenderError> {
+pub(crate) async fn read_film(gpu: &Gpu, film: &wgpu::Texture) -> Result<Vec<[f32; 3]>, RenderError> {
     let (width, height) = (film.width(), film.height());
     let row = (width * 16).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
     let band = ((16 << 20) / row).clamp(1, height);

@@ -194,7 +194,9 @@ impl Loader<'_> {
         })?;
         let grid = read_grid(file, &bytes, name.as_deref(), self.left).map_err(|source| {
             let path = match source {
-                VolumeError::NoSuchGrid { .. } => format!("media.{medium}.density.grid.name"),
+                VolumeError::NoSuchGrid { .. } | VolumeError::NoGridNamed { .. } => {
+                    format!("media.{medium}.density.grid.name")
+                }
                 _ => path,
             };
             LoadError::Volume { path, file: file.into(), source }

@@ -53,7 +53,7 @@ const CASES: [Case; 3] = [
         size: None,
         // Mitsuba's own for media whose extinction differs among the channels.
         integrator: "volpathmis",
-        samples: [256, 256],
+        samples: [512, 512],
         change: "media.slab.optics.coefficients.phase.hg.g=0.48",
     },
     Case {
@@ -61,15 +61,15 @@ const CASES: [Case; 3] = [
         scene: "scenes/plume.toml",
         size: Some("160x120"),
         integrator: "volpath",
-        samples: [128, 128],
-        change: "media.plume.optics.coefficients.sigma_s=14.5",
+        samples: [1024, 1024],
+        change: "media.plume.optics.coefficients.phase.hg.g=0.25",
     },
     Case {
         name: "emissive plume",
         scene: "xtask/mitsuba/ember.toml",
         size: None,
         integrator: "volpath",
-        samples: [128, 128],
+        samples: [512, 512],
         change: "media.plume.optics.coefficients.sigma_s=8.5",
     },
 ];
@@ -103,7 +103,7 @@ impl Arguments {
                 tyndall: &tyndall,
                 python: &python,
                 scenes: &scenes,
-                folder: process::scratch("mitsuba")?,
+                folder: process::scratch(&format!("mitsuba/{}", case.name))?,
             };
             let found = bench.run()?;
             let test = &found.same;

@@ -46,7 +46,8 @@ impl Scene {
                     }
                     let bottom = ((base - min.y) / scale_height).exp();
                     if !bottom.is_finite() {
-                        let found = format!("{base:?}, so that the density overflows at the box's bottom, y = {:?}", min.y);
+                        let found =
+                            format!("{base:?}, so that the density overflows at the box's bottom, y = {:?}", min.y);
                         return invalid(&format!("{path}.base"), found, "a base at most 88 scale heights above it");
                     }
                 }

@@ -153,8 +153,11 @@ impl<'de> Deserializer<'de> for &'de Node {
         match &self.value {
             Value::Text(name) => visitor.visit_enum(Variant { name, key: self, node: None }),
             Value::Table(entries) => match entries.as_slice() {
-                [Entry { key, at, node }] => visitor
-                    .visit_enum(Variant { name: key, key: &Node { at: *at, value: Value::Null }, node: Some(node) }),
+                [Entry { key, at, node }] => visitor.visit_enum(Variant {
+                    name: key,
+                    key: &Node { at: *at, value: Value::Null },
+                    node: Some(node),
+                }),
                 [] => Err(fault.found("an empty table")),
                 [first, second, ..] => Err(Fault { at: Some(second.at), ..fault }.found(format!(
                     "both `{}` and `{}`",
@@ -259,11 +262,7 @@ impl<'de> VariantAccess<'de> for Variant<'_, 'de> {
         node.deserialize_seq(visitor).map_err(|fault| fault.below(self.name))
     }
 
-    fn struct_variant<V: Visitor<'de>>(
-        self,
-        fields: &'static [&'static str],
-        visitor: V,
-    ) -> Result<V::Value, Fault> {
+    fn struct_variant<V: Visitor<'de>>(self, fields: &'static [&'static str], visitor: V) -> Result<V::Value, Fault> {
         let Some(node) = self.node else {
             return Err(Fault::new(format!("a table `{}` with {}", self.name, listed(fields))));
         };

@@ -58,10 +58,7 @@ impl Node {
             self.value = Value::Table(Vec::new());
         }
         let segment = rest.split('.').next().unwrap_or_default();
-        let quoted = self.quote();
-        let refuse = |accepted: String| {
-            Err(FieldError { path: plain(path), found: format!("`{}` below {quoted}", plain(segment)), accepted })
-        };
+        let refuse = |accepted: String| Err(FieldError { path: plain(path), found: plain(segment), accepted });
         match &mut self.value {
             Value::Table(entries) => {
                 // A key may itself contain dots: the longest that leads there.
@@ -82,11 +79,11 @@ impl Node {
                 let len = items.len();
                 match usize::from_str(segment).ok().and_then(|i| items.get_mut(i)) {
                     Some(item) => item.place(below(rest, segment).unwrap_or_default(), path),
-                    None if len == 0 => refuse("no index, the list is empty".into()),
+                    None if len == 0 => refuse("no index: the list is empty".into()),
                     None => refuse(format!("an index from 0 to {}", len - 1)),
                 }
             }
-            _ => refuse("nothing, it is no table".into()),
+            _ => refuse("no name here: what is to the left of it is no table".into()),
         }
     }
 }

@@ -34,24 +34,63 @@ fn fields() {
         "",
         &[
             ("{}", "1:1: found no `camera`; accepted: a table with `camera`, which has no default"),
-            ("{\"camera\": null}", "1:12: camera: found null; accepted: a table with `position`, `target`, `up`, `fov`"),
-            ("{\"camera\": {\"position\": [0, 0, 3]}}", "1:12: camera: found no `target`; accepted: a table with `target`, which has no default"),
-            ("{\"camera\": {\"position\": [0, 0, 3], \"target\": [0, 0, 3]}}", "1:46: camera.target: found [0.0, 0.0, 3.0], seen from [0.0, 0.0, 3.0]; accepted: a point apart from `position`, not straight along `up`"),
-            ("{\"camera\": {\"position\": [0, 0, 3], \"target\": [0, 0]}}", "1:46: camera.target: found [0, 0]; accepted: three finite numbers [x, y, z]"),
-            ("{\"camera\": {\"position\": [0, 0, 3], \"target\": [0, 0, 0],\n  \"fov\": null}}", "2:10: camera.fov: found null; accepted: an angle in degrees between 0 and 180 (exclusive)"),
-            ("{\"camera\": {\"position\": [0, 0, 3], \"target\": [0, 0, 0],\n  \"fov\": 1e999}}", "2:10: camera.fov: found 1e999; accepted: an angle in degrees between 0 and 180 (exclusive)"),
-            ("{\"camera\": {\"position\": [0, 0, 3], \"target\": [0, 0, 0],\n  \"fov\": 1, \"fov\": 2}}", "2:13: found `fov` twice; accepted: every field once"),
-            ("{\"camera\": {\"position\": [0, 0, 3], \"target\": [0, 0, 0],\n  \"fvo\": 180}}", "2:3: camera.fvo: found unknown field `fvo`; accepted: one of `position`, `target`, `up`, `fov`"),
+            (
+                "{\"camera\": null}",
+                "1:12: camera: found null; accepted: a table with `position`, `target`, `up`, `fov`",
+            ),
+            (
+                "{\"camera\": {\"position\": [0, 0, 3]}}",
+                "1:12: camera: found no `target`; accepted: a table with `target`, which has no default",
+            ),
+            (
+                "{\"camera\": {\"position\": [0, 0, 3], \"target\": [0, 0, 3]}}",
+                "1:46: camera.target: found [0.0, 0.0, 3.0], seen from [0.0, 0.0, 3.0]; accepted: a point apart from `position`, not straight along `up`",
+            ),
+            (
+                "{\"camera\": {\"position\": [0, 0, 3], \"target\": [0, 0]}}",
+                "1:46: camera.target: found [0, 0]; accepted: three finite numbers [x, y, z]",
+            ),
+            (
+                "{\"camera\": {\"position\": [0, 0, 3], \"target\": [0, 0, 0],\n  \"fov\": null}}",
+                "2:10: camera.fov: found null; accepted: an angle in degrees between 0 and 180 (exclusive)",
+            ),
+            (
+                "{\"camera\": {\"position\": [0, 0, 3], \"target\": [0, 0, 0],\n  \"fov\": 1e999}}",
+                "2:10: camera.fov: found 1e999; accepted: an angle in degrees between 0 and 180 (exclusive)",
+            ),
+            (
+                "{\"camera\": {\"position\": [0, 0, 3], \"target\": [0, 0, 0],\n  \"fov\": 1, \"fov\": 2}}",
+                "2:13: found `fov` twice; accepted: every field once",
+            ),
+            (
+                "{\"camera\": {\"position\": [0, 0, 3], \"target\": [0, 0, 0],\n  \"fvo\": 180}}",
+                "2:3: camera.fvo: found unknown field `fvo`; accepted: one of `position`, `target`, `up`, `fov`",
+            ),
         ],
     );
     check(
         CAMERA,
         &[
-            (",\n \"film\": {\"size\": [0, 3]}}", "2:19: film.size: found [0, 3]; accepted: [width, height] in pixels, each a whole number from 1 to 8192"),
-            (",\n \"lights\": {\"a\": {\"sun\": {}}}}", "2:19: lights.a: found `sun`; accepted: one of `directional`, `point`, `spot`, `constant`"),
-            (",\n \"lights\": {\"a\": {\"constant\": {\"radiance\": -1}}}}", "2:44: lights.a.constant.radiance: found -1; accepted: a number >= 0, or three of them [r, g, b]"),
-            (",\n \"lights\": {\"a\": {\"constant\": {\"radianc\": 1}}}}", "2:32: lights.a.constant.radianc: found unknown field `radianc`; accepted: `radiance`"),
-            (",\n \"techniques\": {\"march\": {\"step\": null}}}", "2:35: techniques.march.step: found null; accepted: true, false, a finite number or a word in quotes"),
+            (
+                ",\n \"film\": {\"size\": [0, 3]}}",
+                "2:19: film.size: found [0, 3]; accepted: [width, height] in pixels, each a whole number from 1 to 8192",
+            ),
+            (
+                ",\n \"lights\": {\"a\": {\"sun\": {}}}}",
+                "2:19: lights.a: found `sun`; accepted: one of `directional`, `point`, `spot`, `constant`",
+            ),
+            (
+                ",\n \"lights\": {\"a\": {\"constant\": {\"radiance\": -1}}}}",
+                "2:44: lights.a.constant.radiance: found -1; accepted: a number >= 0, or three of them [r, g, b]",
+            ),
+            (
+                ",\n \"lights\": {\"a\": {\"constant\": {\"radianc\": 1}}}}",
+                "2:32: lights.a.constant.radianc: found unknown field `radianc`; accepted: `radiance`",
+            ),
+            (
+                ",\n \"techniques\": {\"march\": {\"step\": null}}}",
+                "2:35: techniques.march.step: found null; accepted: true, false, a finite number or a word in quotes",
+            ),
         ],
     );
 }

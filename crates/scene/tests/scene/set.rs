@@ -62,11 +62,7 @@ fn names_with_dots() {
 fn what_cannot_be_set() {
     let brain = scene(3);
     for (path, value, expected) in [
-        (
-            "camera.fov",
-            "180",
-            "camera.fov: found 180; accepted: an angle in degrees between 0 and 180 (exclusive)",
-        ),
+        ("camera.fov", "180", "camera.fov: found 180; accepted: an angle in degrees between 0 and 180 (exclusive)"),
         ("camera.fov", "", "camera.fov: found \"\"; accepted: an angle in degrees between 0 and 180 (exclusive)"),
         (
             "camera.fov",
@@ -78,14 +74,13 @@ fn what_cannot_be_set() {
             "40",
             "camera.fovy: found unknown field `fovy`; accepted: one of `position`, `target`, `up`, `fov`",
         ),
-        ("camera.fov.x", "1", "camera.fov.x: found `x` below 30.0; accepted: nothing, it is no table"),
+        ("camera.fov.x", "1", "camera.fov.x: found x; accepted: no name here: what is to the left of it is no table"),
         ("camera..fov", "1", "camera..fov: found an empty name in the path; accepted: a path such as film.exposure"),
         ("", "1", ": found an empty name in the path; accepted: a path such as film.exposure"),
         (
             "media.brain.optics.transfer.stops.9.value",
             "1",
-            "media.brain.optics.transfer.stops.9.value: found `9` below [{ color = [0.30000001192092896, \
-             0.05000000074505806, 0.029…; accepted: an index from 0 to 4",
+            "media.brain.optics.transfer.stops.9.value: found 9; accepted: an index from 0 to 4",
         ),
         (
             "media.brain.optics.transfer.stops.1.value",
@@ -97,8 +92,12 @@ fn what_cannot_be_set() {
             "1",
             "media.brain.optics: found both `transfer` and `coefficients`; accepted: one of `coefficients`, `transfer`",
         ),
-        ("media.other.transform.scale", "1", "media.other: found no `density`; accepted: a table with `density`, which \
-             has no default"),
+        (
+            "media.other.transform.scale",
+            "1",
+            "media.other: found no `density`; accepted: a table with `density`, which \
+             has no default",
+        ),
     ] {
         let mut changed = brain.clone();
         let message = changed.set(path, value).unwrap_err().to_string();

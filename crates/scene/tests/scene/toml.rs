@@ -31,13 +31,28 @@ fn camera() {
         &[
             ("", "1:1: camera: found no `position`; accepted: a table with `position`, which has no default"),
             ("position = [0, 0]", "3:12: camera.position: found [0, 0]; accepted: three finite numbers [x, y, z]"),
-            ("position = [0, 0, 1, 2]", "3:12: camera.position: found [0, 0, 1, 2]; accepted: three finite numbers [x, y, z]"),
+            (
+                "position = [0, 0, 1, 2]",
+                "3:12: camera.position: found [0, 0, 1, 2]; accepted: three finite numbers [x, y, z]",
+            ),
             ("position = [0, 0, \"a\"]", "3:19: camera.position.2: found \"a\"; accepted: a finite number"),
             ("position = 3", "3:12: camera.position: found 3; accepted: three finite numbers [x, y, z]"),
-            ("position = [0, 0, nan]", "3:12: camera.position: found [0, 0, nan]; accepted: three finite numbers [x, y, z]"),
-            ("position = [0, 0, 1e39]", "3:12: camera.position: found [0, 0, 1e39]; accepted: three finite numbers [x, y, z]"),
-            ("position = [0, 0, 0]", "2:10: camera.target: found [0.0, 0.0, 0.0], seen from [0.0, 0.0, 0.0]; accepted: a point apart from `position`, not straight along `up`"),
-            ("position = [0, 3, 0]", "2:10: camera.target: found [0.0, 0.0, 0.0], seen from [0.0, 3.0, 0.0]; accepted: a point apart from `position`, not straight along `up`"),
+            (
+                "position = [0, 0, nan]",
+                "3:12: camera.position: found [0, 0, nan]; accepted: three finite numbers [x, y, z]",
+            ),
+            (
+                "position = [0, 0, 1e39]",
+                "3:12: camera.position: found [0, 0, 1e39]; accepted: three finite numbers [x, y, z]",
+            ),
+            (
+                "position = [0, 0, 0]",
+                "2:10: camera.target: found [0.0, 0.0, 0.0], seen from [0.0, 0.0, 0.0]; accepted: a point apart from `position`, not straight along `up`",
+            ),
+            (
+                "position = [0, 3, 0]",
+                "2:10: camera.target: found [0.0, 0.0, 0.0], seen from [0.0, 3.0, 0.0]; accepted: a point apart from `position`, not straight along `up`",
+            ),
         ],
     );
     check(
@@ -48,14 +63,35 @@ fn camera() {
             ("fov = 180", "4:7: camera.fov: found 180; accepted: an angle in degrees between 0 and 180 (exclusive)"),
             ("fov = -inf", "4:7: camera.fov: found -inf; accepted: an angle in degrees between 0 and 180 (exclusive)"),
             ("fov = true", "4:7: camera.fov: found true; accepted: an angle in degrees between 0 and 180 (exclusive)"),
-            ("fov = \"wide\"", "4:7: camera.fov: found \"wide\"; accepted: an angle in degrees between 0 and 180 (exclusive)"),
+            (
+                "fov = \"wide\"",
+                "4:7: camera.fov: found \"wide\"; accepted: an angle in degrees between 0 and 180 (exclusive)",
+            ),
             ("fov = [1]", "4:7: camera.fov: found [1]; accepted: an angle in degrees between 0 and 180 (exclusive)"),
-            ("fov = { vertical = 40 }", "4:7: camera.fov: found { vertical = 40 }; accepted: an angle in degrees between 0 and 180 (exclusive)"),
-            ("fov = 1979-05-27", "4:7: camera.fov: found 1979-05-27; accepted: an angle in degrees between 0 and 180 (exclusive)"),
-            ("fov = 99999999999999999999999999999999999999999", "4:7: camera.fov: found 99999999999999999999999999999999999999999; accepted: an angle in degrees between 0 and 180 (exclusive)"),
-            ("fov = 0xffff_ffff_ffff_ffff_ffff_ffff_ffff_ffff_ff", "4:7: camera.fov: found 0xffffffffffffffffffffffffffffffffff; accepted: an angle in degrees between 0 and 180 (exclusive)"),
-            ("fovy = 40", "4:1: camera.fovy: found unknown field `fovy`; accepted: one of `position`, `target`, `up`, `fov`"),
-            ("\"\\u001b[31mred\" = 40", "4:1: camera.\\u{1b}[31mred: found unknown field `\\u{1b}[31mred`; accepted: one of `position`, `target`, `up`, `fov`"),
+            (
+                "fov = { vertical = 40 }",
+                "4:7: camera.fov: found { vertical = 40 }; accepted: an angle in degrees between 0 and 180 (exclusive)",
+            ),
+            (
+                "fov = 1979-05-27",
+                "4:7: camera.fov: found 1979-05-27; accepted: an angle in degrees between 0 and 180 (exclusive)",
+            ),
+            (
+                "fov = 99999999999999999999999999999999999999999",
+                "4:7: camera.fov: found 99999999999999999999999999999999999999999; accepted: an angle in degrees between 0 and 180 (exclusive)",
+            ),
+            (
+                "fov = 0xffff_ffff_ffff_ffff_ffff_ffff_ffff_ffff_ff",
+                "4:7: camera.fov: found 0xffffffffffffffffffffffffffffffffff; accepted: an angle in degrees between 0 and 180 (exclusive)",
+            ),
+            (
+                "fovy = 40",
+                "4:1: camera.fovy: found unknown field `fovy`; accepted: one of `position`, `target`, `up`, `fov`",
+            ),
+            (
+                "\"\\u001b[31mred\" = 40",
+                "4:1: camera.\\u{1b}[31mred: found unknown field `\\u{1b}[31mred`; accepted: one of `position`, `target`, `up`, `fov`",
+            ),
         ],
     );
     check("camera = 1", &[("", "1:10: camera: found 1; accepted: a table with `position`, `target`, `up`, `fov`")]);
@@ -66,13 +102,34 @@ fn film() {
     check(
         &format!("{CAMERA}[film]\n"),
         &[
-            ("size = [0, 10]", "5:8: film.size: found [0, 10]; accepted: [width, height] in pixels, each a whole number from 1 to 8192"),
-            ("size = [100000, 10]", "5:8: film.size: found [100000, 10]; accepted: [width, height] in pixels, each a whole number from 1 to 8192"),
-            ("size = [-1, 10]", "5:8: film.size: found [-1, 10]; accepted: [width, height] in pixels, each a whole number from 1 to 8192"),
-            ("size = [1.5, 10]", "5:8: film.size: found [1.5, 10]; accepted: [width, height] in pixels, each a whole number from 1 to 8192"),
-            ("size = [10]", "5:8: film.size: found [10]; accepted: [width, height] in pixels, each a whole number from 1 to 8192"),
-            ("size = [10, 20, 30]", "5:8: film.size: found [10, 20, 30]; accepted: [width, height] in pixels, each a whole number from 1 to 8192"),
-            ("size = 10", "5:8: film.size: found 10; accepted: [width, height] in pixels, each a whole number from 1 to 8192"),
+            (
+                "size = [0, 10]",
+                "5:8: film.size: found [0, 10]; accepted: [width, height] in pixels, each a whole number from 1 to 8192",
+            ),
+            (
+                "size = [100000, 10]",
+                "5:8: film.size: found [100000, 10]; accepted: [width, height] in pixels, each a whole number from 1 to 8192",
+            ),
+            (
+                "size = [-1, 10]",
+                "5:8: film.size: found [-1, 10]; accepted: [width, height] in pixels, each a whole number from 1 to 8192",
+            ),
+            (
+                "size = [1.5, 10]",
+                "5:8: film.size: found [1.5, 10]; accepted: [width, height] in pixels, each a whole number from 1 to 8192",
+            ),
+            (
+                "size = [10]",
+                "5:8: film.size: found [10]; accepted: [width, height] in pixels, each a whole number from 1 to 8192",
+            ),
+            (
+                "size = [10, 20, 30]",
+                "5:8: film.size: found [10, 20, 30]; accepted: [width, height] in pixels, each a whole number from 1 to 8192",
+            ),
+            (
+                "size = 10",
+                "5:8: film.size: found 10; accepted: [width, height] in pixels, each a whole number from 1 to 8192",
+            ),
             ("size = [10, \"20\"]", "5:13: film.size.1: found \"20\"; accepted: a whole number of pixels"),
             ("exposure = 1e400", "5:12: film.exposure: found 1e400; accepted: a finite number"),
             ("exposre = 1", "5:1: film.exposre: found unknown field `exposre`; accepted: one of `size`, `exposure`"),
@@ -85,27 +142,72 @@ fn lights() {
     check(
         CAMERA,
         &[
-            ("[light.sun]", "4:2: light: found unknown field `light`; accepted: one of `camera`, `film`, `lights`, `media`, `techniques`"),
-            ("[lights.sun]", "4:1: lights.sun: found an empty table; accepted: one of `directional`, `point`, `spot`, `constant`"),
-            ("[lights]\nsun = 3", "5:7: lights.sun: found 3; accepted: one of `directional`, `point`, `spot`, `constant`"),
-            ("[lights]\nsun = \"directional\"", "5:7: lights.sun: found \"directional\"; accepted: a table `directional` with `direction`, `irradiance`"),
-            ("[[lights]]\nconstant.radiance = 1", "4:1: lights: found [{ constant = { radiance = 1 } }]; accepted: a table"),
-            ("[lights.sun.directionl]\ndirection = [0, 1, 0]", "4:13: lights.sun: found `directionl`; accepted: one of `directional`, `point`, `spot`, `constant`"),
-            ("[lights.sun.directional]\ndirection = [0, 1, 0]\nirradiance = 3\ncolor = 3", "7:1: lights.sun.directional.color: found unknown field `color`; accepted: one of `direction`, `irradiance`"),
-            ("[lights.sun.directional]\ndirection = [0, 1, 0]", "4:1: lights.sun.directional: found no `irradiance`; accepted: a table with `irradiance`, which has no default"),
-            ("[lights.sun.directional]\ndirection = [0, 0, 0]\nirradiance = 3", "5:13: lights.sun.directional.direction: found [0, 0, 0]; accepted: three finite numbers [x, y, z], not all 0"),
-            ("[lights.sun.constant]\nradiance = -3", "5:12: lights.sun.constant.radiance: found -3; accepted: a number >= 0, or three of them [r, g, b]"),
-            ("[lights.sun.constant]\nradiance = [1, 2, -3]", "5:12: lights.sun.constant.radiance: found [1, 2, -3]; accepted: a number >= 0, or three of them [r, g, b]"),
-            ("[lights.sun.constant]\nradiance = 1\n[lights.sun.point]\nintensity = 3", "6:13: lights.sun: found both `constant` and `point`; accepted: one of `directional`, `point`, `spot`, `constant`"),
+            (
+                "[light.sun]",
+                "4:2: light: found unknown field `light`; accepted: one of `camera`, `film`, `lights`, `media`, `techniques`",
+            ),
+            (
+                "[lights.sun]",
+                "4:1: lights.sun: found an empty table; accepted: one of `directional`, `point`, `spot`, `constant`",
+            ),
+            (
+                "[lights]\nsun = 3",
+                "5:7: lights.sun: found 3; accepted: one of `directional`, `point`, `spot`, `constant`",
+            ),
+            (
+                "[lights]\nsun = \"directional\"",
+                "5:7: lights.sun: found \"directional\"; accepted: a table `directional` with `direction`, `irradiance`",
+            ),
+            (
+                "[[lights]]\nconstant.radiance = 1",
+                "4:1: lights: found [{ constant = { radiance = 1 } }]; accepted: a table",
+            ),
+            (
+                "[lights.sun.directionl]\ndirection = [0, 1, 0]",
+                "4:13: lights.sun: found `directionl`; accepted: one of `directional`, `point`, `spot`, `constant`",
+            ),
+            (
+                "[lights.sun.directional]\ndirection = [0, 1, 0]\nirradiance = 3\ncolor = 3",
+                "7:1: lights.sun.directional.color: found unknown field `color`; accepted: one of `direction`, `irradiance`",
+            ),
+            (
+                "[lights.sun.directional]\ndirection = [0, 1, 0]",
+                "4:1: lights.sun.directional: found no `irradiance`; accepted: a table with `irradiance`, which has no default",
+            ),
+            (
+                "[lights.sun.directional]\ndirection = [0, 0, 0]\nirradiance = 3",
+                "5:13: lights.sun.directional.direction: found [0, 0, 0]; accepted: three finite numbers [x, y, z], not all 0",
+            ),
+            (
+                "[lights.sun.constant]\nradiance = -3",
+                "5:12: lights.sun.constant.radiance: found -3; accepted: a number >= 0, or three of them [r, g, b]",
+            ),
+            (
+                "[lights.sun.constant]\nradiance = [1, 2, -3]",
+                "5:12: lights.sun.constant.radiance: found [1, 2, -3]; accepted: a number >= 0, or three of them [r, g, b]",
+            ),
+            (
+                "[lights.sun.constant]\nradiance = 1\n[lights.sun.point]\nintensity = 3",
+                "6:13: lights.sun: found both `constant` and `point`; accepted: one of `directional`, `point`, `spot`, `constant`",
+            ),
             ("[lights.sun]\nconstant = 3", "5:12: lights.sun.constant: found 3; accepted: a table with `radiance`"),
         ],
     );
     check(
         &format!("{CAMERA}[lights.s.spot]\nposition = [0, 0, 0]\ndirection = [0, 1, 0]\nintensity = 1\n"),
         &[
-            ("inner_angle = 20\nouter_angle = 20", "8:15: lights.s.spot.inner_angle: found 20 with outer_angle = 20; accepted: an angle less than outer_angle"),
-            ("inner_angle = 20\nouter_angle = 180", "9:15: lights.s.spot.outer_angle: found 180; accepted: an angle in degrees between 0 and 180 (exclusive)"),
-            ("inner_angle = 0\nouter_angle = 10", "8:15: lights.s.spot.inner_angle: found 0; accepted: an angle in degrees between 0 and 180 (exclusive)"),
+            (
+                "inner_angle = 20\nouter_angle = 20",
+                "8:15: lights.s.spot.inner_angle: found 20 with outer_angle = 20; accepted: an angle less than outer_angle",
+            ),
+            (
+                "inner_angle = 20\nouter_angle = 180",
+                "9:15: lights.s.spot.outer_angle: found 180; accepted: an angle in degrees between 0 and 180 (exclusive)",
+            ),
+            (
+                "inner_angle = 0\nouter_angle = 10",
+                "8:15: lights.s.spot.inner_angle: found 0; accepted: an angle in degrees between 0 and 180 (exclusive)",
+            ),
         ],
     );
 }
@@ -117,17 +219,47 @@ fn densities() {
         &[
             ("", "4:1: media.a: found no `density`; accepted: a table with `density`, which has no default"),
             ("density = 3", "6:11: media.a.density: found 3; accepted: one of `homogeneous`, `exponential`, `grid`"),
-            ("density.cube = {}", "6:9: media.a.density: found `cube`; accepted: one of `homogeneous`, `exponential`, `grid`"),
-            ("density.homogeneous = { min = [0, 0, 0], max = [1, 1, 0] }", "6:48: media.a.density.homogeneous.max: found [1.0, 1.0, 0.0] with min = [0.0, 0.0, 0.0]; accepted: a corner above `min` on every axis"),
-            ("density.homogeneous = { min = [0, 0, 0], max = [1, 1, 1], mx = 3 }", "6:59: media.a.density.homogeneous.mx: found unknown field `mx`; accepted: one of `min`, `max`"),
-            ("density.homogeneous.min = [0, 0, 0]", "6:9: media.a.density.homogeneous: found no `max`; accepted: a table with `max`, which has no default"),
-            ("density.exponential = { min = [0, 0, 0], max = [1, 1, 1], scale_height = 0 }", "6:74: media.a.density.exponential.scale_height: found 0; accepted: a finite number > 0"),
-            ("density.exponential = { min = [0, 0, 0], max = [-1, 1, 1], scale_height = 1 }", "6:48: media.a.density.exponential.max: found [-1.0, 1.0, 1.0] with min = [0.0, 0.0, 0.0]; accepted: a corner above `min` on every axis"),
-            ("density.exponential = { min = [0, 0, 0], max = [1, 1, 1], scale_height = 1, base = 100 }", "6:84: media.a.density.exponential.base: found 100.0, so that the density overflows at the box's bottom, y = 0.0; accepted: a base at most 88 scale heights above it"),
-            ("density.exponential = { min = [0, 0, 0], max = [1, 1e30, 1], scale_height = 1e-30 }", "6:77: media.a.density.exponential.scale_height: found 1e-30 for a box from y = 0.0 to 1e30; accepted: a height comparable to the box's"),
+            (
+                "density.cube = {}",
+                "6:9: media.a.density: found `cube`; accepted: one of `homogeneous`, `exponential`, `grid`",
+            ),
+            (
+                "density.homogeneous = { min = [0, 0, 0], max = [1, 1, 0] }",
+                "6:48: media.a.density.homogeneous.max: found [1.0, 1.0, 0.0] with min = [0.0, 0.0, 0.0]; accepted: a corner above `min` on every axis",
+            ),
+            (
+                "density.homogeneous = { min = [0, 0, 0], max = [1, 1, 1], mx = 3 }",
+                "6:59: media.a.density.homogeneous.mx: found unknown field `mx`; accepted: one of `min`, `max`",
+            ),
+            (
+                "density.homogeneous.min = [0, 0, 0]",
+                "6:9: media.a.density.homogeneous: found no `max`; accepted: a table with `max`, which has no default",
+            ),
+            (
+                "density.exponential = { min = [0, 0, 0], max = [1, 1, 1], scale_height = 0 }",
+                "6:74: media.a.density.exponential.scale_height: found 0; accepted: a finite number > 0",
+            ),
+            (
+                "density.exponential = { min = [0, 0, 0], max = [-1, 1, 1], scale_height = 1 }",
+                "6:48: media.a.density.exponential.max: found [-1.0, 1.0, 1.0] with min = [0.0, 0.0, 0.0]; accepted: a corner above `min` on every axis",
+            ),
+            (
+                "density.exponential = { min = [0, 0, 0], max = [1, 1, 1], scale_height = 1, base = 100 }",
+                "6:84: media.a.density.exponential.base: found 100.0, so that the density overflows at the box's bottom, y = 0.0; accepted: a base at most 88 scale heights above it",
+            ),
+            (
+                "density.exponential = { min = [0, 0, 0], max = [1, 1e30, 1], scale_height = 1e-30 }",
+                "6:77: media.a.density.exponential.scale_height: found 1e-30 for a box from y = 0.0 to 1e30; accepted: a height comparable to the box's",
+            ),
             ("density.grid.file = 3", "6:21: media.a.density.grid.file: found 3; accepted: text in quotes"),
-            ("density.grid = {}", "6:16: media.a.density.grid: found no `file`; accepted: a table with `file`, which has no default"),
-            ("density.grid = { file = \"a.vdb\", name = 3 }", "6:41: media.a.density.grid.name: found 3; accepted: text in quotes"),
+            (
+                "density.grid = {}",
+                "6:16: media.a.density.grid: found no `file`; accepted: a table with `file`, which has no default",
+            ),
+            (
+                "density.grid = { file = \"a.vdb\", name = 3 }",
+                "6:41: media.a.density.grid.name: found 3; accepted: text in quotes",
+            ),
         ],
     );
 }
@@ -138,21 +270,66 @@ fn optics() {
         &format!("{CAMERA}{BOX}"),
         &[
             ("", "4:1: media.a: found no `optics`; accepted: a table with `optics`, which has no default"),
-            ("optics = \"coefficients\"", "6:10: media.a.optics: found \"coefficients\"; accepted: a table `coefficients` with `sigma_s`, `sigma_a`, `emission`, `phase`"),
-            ("optics.coefficients.sigma_s = -1", "6:31: media.a.optics.coefficients.sigma_s: found -1; accepted: a number >= 0, or three of them [r, g, b]"),
-            ("optics.coefficients.sigma = 1", "6:21: media.a.optics.coefficients.sigma: found unknown field `sigma`; accepted: one of `sigma_s`, `sigma_a`, `emission`, `phase`"),
-            ("optics.coefficients.phase = 3", "6:29: media.a.optics.coefficients.phase: found 3; accepted: one of `isotropic`, `rayleigh`, `hg`"),
-            ("optics.coefficients.phase = \"mie\"", "6:29: media.a.optics.coefficients.phase: found `mie`; accepted: one of `isotropic`, `rayleigh`, `hg`"),
-            ("optics.coefficients.phase = \"hg\"", "6:29: media.a.optics.coefficients.phase: found \"hg\"; accepted: a table `hg` with `g`"),
-            ("optics.coefficients.phase.hg.g = 1", "6:34: media.a.optics.coefficients.phase.hg.g: found 1; accepted: a number between -0.999 and 0.999"),
-            ("optics.coefficients.phase.hg = {}", "6:32: media.a.optics.coefficients.phase.hg: found no `g`; accepted: a table with `g`, which has no default"),
-            ("optics.coefficients.phase.hg = { h = 3, g = 0 }", "6:34: media.a.optics.coefficients.phase.hg.h: found unknown field `h`; accepted: `g`"),
-            ("optics.coefficients.phase.isotropic = {}", "6:39: media.a.optics.coefficients.phase.isotropic: found {}; accepted: the word \"isotropic\" in place of the table"),
-            ("optics.coefficients = {}\ntransform = { scale = 0 }", "7:23: media.a.transform.scale: found 0; accepted: a number > 0, or three of them [x, y, z]"),
-            ("optics.coefficients = {}\ntransform.scale = [1, 2]", "7:19: media.a.transform.scale: found [1, 2]; accepted: a number > 0, or three of them [x, y, z]"),
-            ("optics.coefficients = {}\ntransform.rotate = 90", "7:20: media.a.transform.rotate: found 90; accepted: three finite numbers [x, y, z]"),
-            ("optics.coefficients = {}\ntransform.sale = 1", "7:11: media.a.transform.sale: found unknown field `sale`; accepted: one of `scale`, `rotate`, `translate`"),
-            ("optics.coefficients = {}\nphase = \"isotropic\"", "7:1: media.a.phase: found unknown field `phase`; accepted: one of `density`, `optics`, `transform`"),
+            (
+                "optics = \"coefficients\"",
+                "6:10: media.a.optics: found \"coefficients\"; accepted: a table `coefficients` with `sigma_s`, `sigma_a`, `emission`, `phase`",
+            ),
+            (
+                "optics.coefficients.sigma_s = -1",
+                "6:31: media.a.optics.coefficients.sigma_s: found -1; accepted: a number >= 0, or three of them [r, g, b]",
+            ),
+            (
+                "optics.coefficients.sigma = 1",
+                "6:21: media.a.optics.coefficients.sigma: found unknown field `sigma`; accepted: one of `sigma_s`, `sigma_a`, `emission`, `phase`",
+            ),
+            (
+                "optics.coefficients.phase = 3",
+                "6:29: media.a.optics.coefficients.phase: found 3; accepted: one of `isotropic`, `rayleigh`, `hg`",
+            ),
+            (
+                "optics.coefficients.phase = \"mie\"",
+                "6:29: media.a.optics.coefficients.phase: found `mie`; accepted: one of `isotropic`, `rayleigh`, `hg`",
+            ),
+            (
+                "optics.coefficients.phase = \"hg\"",
+                "6:29: media.a.optics.coefficients.phase: found \"hg\"; accepted: a table `hg` with `g`",
+            ),
+            (
+                "optics.coefficients.phase.hg.g = 1",
+                "6:34: media.a.optics.coefficients.phase.hg.g: found 1; accepted: a number between -0.999 and 0.999",
+            ),
+            (
+                "optics.coefficients.phase.hg = {}",
+                "6:32: media.a.optics.coefficients.phase.hg: found no `g`; accepted: a table with `g`, which has no default",
+            ),
+            (
+                "optics.coefficients.phase.hg = { h = 3, g = 0 }",
+                "6:34: media.a.optics.coefficients.phase.hg.h: found unknown field `h`; accepted: `g`",
+            ),
+            (
+                "optics.coefficients.phase.isotropic = {}",
+                "6:39: media.a.optics.coefficients.phase.isotropic: found {}; accepted: the word \"isotropic\" in place of the table",
+            ),
+            (
+                "optics.coefficients = {}\ntransform = { scale = 0 }",
+                "7:23: media.a.transform.scale: found 0; accepted: a number > 0, or three of them [x, y, z]",
+            ),
+            (
+                "optics.coefficients = {}\ntransform.scale = [1, 2]",
+                "7:19: media.a.transform.scale: found [1, 2]; accepted: a number > 0, or three of them [x, y, z]",
+            ),
+            (
+                "optics.coefficients = {}\ntransform.rotate = 90",
+                "7:20: media.a.transform.rotate: found 90; accepted: three finite numbers [x, y, z]",
+            ),
+            (
+                "optics.coefficients = {}\ntransform.sale = 1",
+                "7:11: media.a.transform.sale: found unknown field `sale`; accepted: one of `scale`, `rotate`, `translate`",
+            ),
+            (
+                "optics.coefficients = {}\nphase = \"isotropic\"",
+                "7:1: media.a.phase: found unknown field `phase`; accepted: one of `density`, `optics`, `transform`",
+            ),
         ],
     );
 }
@@ -162,15 +339,36 @@ fn transfer_functions() {
     check(
         &format!("{CAMERA}{BOX}[media.a.optics.transfer]\nunit_length = 1\n"),
         &[
-            ("", "6:1: media.a.optics.transfer: found no `stops`; accepted: a table with `stops`, which has no default"),
+            (
+                "",
+                "6:1: media.a.optics.transfer: found no `stops`; accepted: a table with `stops`, which has no default",
+            ),
             ("stops = []", "8:9: media.a.optics.transfer.stops: found none; accepted: at least one stop"),
             ("stops = 3", "8:9: media.a.optics.transfer.stops: found 3; accepted: a list [...]"),
-            ("stops = [3]", "8:10: media.a.optics.transfer.stops.0: found 3; accepted: a table with `value`, `opacity`, `color`"),
-            ("stops = [{ value = 1, opacity = 1, color = 1 }, { value = 1, opacity = 1, color = 1 }]", "8:59: media.a.optics.transfer.stops.1.value: found 1 after 1; accepted: values in ascending order"),
-            ("stops = [{ value = 1, opacity = 2, color = 1 }]", "8:33: media.a.optics.transfer.stops.0.opacity: found 2; accepted: a number from 0 to 1"),
-            ("stops = [{ value = 1, opacity = 1 }]", "8:10: media.a.optics.transfer.stops.0: found no `color`; accepted: a table with `color`, which has no default"),
-            ("stops = [{ value = 1, opacity = 1, color = 1, colour = 1 }]", "8:47: media.a.optics.transfer.stops.0.colour: found unknown field `colour`; accepted: one of `value`, `opacity`, `color`"),
-            ("radiance = 0\nstops = [{ value = 1, opacity = 1, color = 1 }]", "8:12: media.a.optics.transfer.radiance: found 0; accepted: a finite number > 0"),
+            (
+                "stops = [3]",
+                "8:10: media.a.optics.transfer.stops.0: found 3; accepted: a table with `value`, `opacity`, `color`",
+            ),
+            (
+                "stops = [{ value = 1, opacity = 1, color = 1 }, { value = 1, opacity = 1, color = 1 }]",
+                "8:59: media.a.optics.transfer.stops.1.value: found 1 after 1; accepted: values in ascending order",
+            ),
+            (
+                "stops = [{ value = 1, opacity = 2, color = 1 }]",
+                "8:33: media.a.optics.transfer.stops.0.opacity: found 2; accepted: a number from 0 to 1",
+            ),
+            (
+                "stops = [{ value = 1, opacity = 1 }]",
+                "8:10: media.a.optics.transfer.stops.0: found no `color`; accepted: a table with `color`, which has no default",
+            ),
+            (
+                "stops = [{ value = 1, opacity = 1, color = 1, colour = 1 }]",
+                "8:47: media.a.optics.transfer.stops.0.colour: found unknown field `colour`; accepted: one of `value`, `opacity`, `color`",
+            ),
+            (
+                "radiance = 0\nstops = [{ value = 1, opacity = 1, color = 1 }]",
+                "8:12: media.a.optics.transfer.radiance: found 0; accepted: a finite number > 0",
+            ),
         ],
     );
 }
@@ -181,8 +379,14 @@ fn technique_values() {
         CAMERA,
         &[
             ("[techniques]\nmarch = 3", "5:9: techniques.march: found 3; accepted: a table"),
-            ("[techniques.march]\nstep = [3]", "5:8: techniques.march.step: found [3]; accepted: true, false, a finite number or a word in quotes"),
-            ("[techniques.march]\nstep = inf", "5:8: techniques.march.step: found inf; accepted: true, false, a finite number or a word in quotes"),
+            (
+                "[techniques.march]\nstep = [3]",
+                "5:8: techniques.march.step: found [3]; accepted: true, false, a finite number or a word in quotes",
+            ),
+            (
+                "[techniques.march]\nstep = inf",
+                "5:8: techniques.march.step: found inf; accepted: true, false, a finite number or a word in quotes",
+            ),
         ],
     );
 }

@@ -1,1 +1,248 @@
-//! todo
+//! Scenes loaded with their assets.
+
+use std::sync::Arc;
+
+use proptest::prelude::*;
+use tyndall_scene::assets::{Directory, Embedded};
+use tyndall_scene::glam::{Vec3, Vec4};
+use tyndall_scene::volume::Budget;
+use tyndall_scene::{Document, Field, LoadError, Scene, World};
+
+use crate::corrupt::check_finite;
+use crate::{BOX, CAMERA, SCENES};
+
+const SMOKE: &[u8] = include_bytes!("../../../../scenes/smoke.vdb");
+const ENOUGH: Budget = Budget(1 << 30);
+
+fn scene(index: usize) -> Scene {
+    let (name, text) = SCENES[index];
+    Document::new(name, text).parse().unwrap()
+}
+
+fn load(scene: Scene) -> Result<World, LoadError> {
+    World::load(scene, &Embedded(vec![("smoke.vdb", SMOKE)]), ENOUGH)
+}
+
+fn hash(scene: &Scene, assets: &[(&str, &[u8])]) -> String {
+    World::load(scene.clone(), &Embedded(assets.to_vec()), ENOUGH).unwrap().hash
+}
+
+#[test]
+fn the_hash_tells_worlds_apart() {
+    let plume = scene(0);
+    let smoke = [("smoke.vdb", SMOKE)];
+    let first = hash(&plume, &smoke);
+    assert_eq!(first.len(), 64);
+    assert_eq!(hash(&plume, &smoke), first, "the same twice");
+    let json = Document::new("s.json", serde_json::to_string(&plume).unwrap()).parse().unwrap();
+    assert_eq!(hash(&json, &smoke), first, "the same in JSON");
+    for (path, value) in [
+        ("camera.fov", "33.00001"),
+        ("film.exposure", "0.9"),
+        ("media.plume.optics.coefficients.sigma_a", "1.6"),
+        ("media.plume.density.grid.name", "temperature"),
+        ("techniques.march.step", "0.5"),
+    ] {
+        let mut changed = plume.clone();
+        changed.set(path, value).unwrap();
+        assert_ne!(hash(&changed, &smoke), first, "{path}");
+    }
+    // Bytes that make no difference to the voxels still are others.
+    let longer = [SMOKE, b"\0"].concat();
+    assert_ne!(hash(&plume, &[("smoke.vdb", &longer)]), first);
+}
+
+#[test]
+fn media_share_a_grid_and_the_budget() {
+    let mut twice = scene(0);
+    let mut other = twice.media["plume"].clone();
+    other.transform.translate = Vec3::X;
+    twice.media.insert("other".into(), other);
+    let world = load(twice.clone()).unwrap();
+    let [Field::Grid(a), Field::Grid(b)] = [&world.volumes[0].field, &world.volumes[1].field] else { panic!() };
+    assert!(Arc::ptr_eq(a, b));
+    assert_eq!(world.volumes.iter().map(|v| v.name.as_str()).collect::<Vec<_>>(), ["other", "plume"]);
+
+    // Exactly enough for one grid is enough for two media of it, but not for a second grid.
+    let bytes = a.voxels.bytes();
+    let smoke = Embedded(vec![("smoke.vdb", SMOKE)]);
+    World::load(twice, &smoke, Budget(bytes)).unwrap();
+    let fire = scene(1);
+    let world = World::load(fire.clone(), &smoke, ENOUGH).unwrap();
+    let all = world.volumes.iter().map(|volume| match &volume.field {
+        Field::Grid(grid) => grid.voxels.bytes(),
+        _ => 0,
+    });
+    let all: u64 = all.sum();
+    World::load(fire.clone(), &smoke, Budget(all)).unwrap();
+    let message = World::load(fire, &smoke, Budget(all - 1)).unwrap_err().to_string();
+    assert!(message.starts_with("media.smoke.density.grid.file") && message.contains("budget"), "{message}");
+}
+
+/// What loading says, at its place in the text; `smoke.vdb`, a truncated `cut.vdb` and others are there.
+fn refusal(text: &str) -> String {
+    let document = Document::new("s.toml", format!("{CAMERA}[media.a]\noptics.coefficients = {{}}\n{text}"));
+    let assets = Embedded(vec![
+        ("smoke.vdb", SMOKE),
+        ("cut.vdb", &SMOKE[..SMOKE.len() / 2]),
+        ("text.vdb", b"no volume"),
+        ("text.nii", b"no volume"),
+        ("raw.dat", b"no volume"),
+        ("bare", b"no volume"),
+    ]);
+    match World::load(document.parse().unwrap(), &assets, ENOUGH) {
+        Ok(_) => "loaded".into(),
+        Err(error) => error.locate(&document).to_string(),
+    }
+}
+
+#[test]
+fn what_cannot_be_loaded() {
+    let cases = [
+        (
+            "density.grid.file = \"no.vdb\"",
+            "s.toml:6:21: media.a.density.grid.file: cannot read \"no.vdb\": no embedded file of that name; accepted: a \
+             path relative to the scene file",
+        ),
+        (
+            "density.grid = { file = \"smoke.vdb\", name = \"smoke\" }",
+            "s.toml:6:45: media.a.density.grid.name: \"smoke.vdb\": found no grid named \"smoke\"; accepted: the grids \
+             \"density\", \"temperature\"",
+        ),
+        (
+            "density.grid.file = \"smoke.vdb\"",
+            "s.toml:6:9: media.a.density.grid.name: \"smoke.vdb\": found the grids \"density\", \"temperature\"; \
+             accepted: the name of one grid",
+        ),
+        (
+            "density.grid = { file = \"text.nii\", name = \"density\" }",
+            "s.toml:6:44: media.a.density.grid.name: found \"density\"; accepted: no name with a NIfTI file, which holds \
+             one volume",
+        ),
+        (
+            "density.grid.file = \"raw.dat\"",
+            "s.toml:6:21: media.a.density.grid.file: \"raw.dat\": unsupported: extension .dat; accepted: .vdb, .nii or \
+             .nii.gz",
+        ),
+        (
+            "density.grid.file = \"bare\"",
+            "s.toml:6:21: media.a.density.grid.file: \"bare\": unsupported: no file extension; accepted: .vdb, .nii or \
+             .nii.gz",
+        ),
+        (
+            "density.grid.file = \"text.vdb\"",
+            "s.toml:6:21: media.a.density.grid.file: \"text.vdb\": not an OpenVDB file: it begins with \
+             6e 6f 20 76 6f 6c 75 6d; a VDB file begins with 20 42 44 56 00 00 00 00",
+        ),
+        (
+            "density.homogeneous = { min = [0, 0, 0], max = [1, 1, 1] }\ntransform.scale = 1e-38\n\
+             transform.rotate = [30, 0, 0]",
+            "s.toml:7:11: media.a.transform: found a map from the medium to the world that 32-bit numbers do not hold or \
+             that has no inverse; accepted: a scale and a box that are neither too large nor too small together",
+        ),
+    ];
+    for (text, expected) in cases {
+        assert_eq!(refusal(text), expected);
+    }
+    for name in ["density", "temperature"] {
+        let message = refusal(&format!("density.grid = {{ file = \"cut.vdb\", name = \"{name}\" }}"));
+        assert!(message.starts_with("s.toml:6:25: media.a.density.grid.file: \"cut.vdb\": the file "), "{message}");
+    }
+    let message = refusal("density.grid.file = \"text.nii\"");
+    assert!(message.contains("not a NIfTI file"), "{message}");
+}
+
+#[test]
+fn files_are_read_beside_the_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("smoke.vdb"), SMOKE).unwrap();
+    let assets = Directory(folder.path().into());
+    assert_eq!(World::load(scene(0), &assets, ENOUGH).unwrap().hash, load(scene(0)).unwrap().hash);
+    let mut missing = scene(0);
+    missing.set("media.plume.density.grid.file", "no/such.vdb").unwrap();
+    assert!(matches!(World::load(missing, &assets, ENOUGH), Err(LoadError::Asset { .. })));
+    let mut folder = scene(0);
+    folder.set("media.plume.density.grid.file", ".").unwrap();
+    assert!(matches!(World::load(folder, &assets, ENOUGH), Err(LoadError::Asset { .. })));
+}
+
+#[test]
+fn a_scene_built_in_code_is_checked() {
+    let mut bad = scene(0);
+    bad.camera.fov = f32::NAN;
+    let message = load(bad).unwrap_err().to_string();
+    assert_eq!(message, "camera.fov: found null; accepted: an angle in degrees between 0 and 180 (exclusive)");
+    let mut bad = scene(0);
+    bad.film.size = [0, 0];
+    assert!(load(bad).unwrap_err().to_string().starts_with("film.size: found [0, 0]"));
+}
+
+fn extreme() -> impl Strategy<Value = f32> {
+    prop_oneof![
+        prop::sample::select(vec![1e38, -1e38, f32::MAX, 1e30, 1e-30, f32::MIN_POSITIVE, 1e-45, 0.0, -0.0, 1.0, 90.0]),
+        prop::num::f32::NORMAL
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    /// Whatever the parser accepts is refused when it is loaded, or has finite maps that are each other's inverse.
+    #[test]
+    fn extreme_values(
+        min in prop::array::uniform3(extreme()),
+        max in prop::array::uniform3(extreme()),
+        scale in prop::array::uniform3(extreme()),
+        rotate in prop::array::uniform3(extreme()),
+        translate in prop::array::uniform3(extreme()),
+        height in extreme(),
+        base in extreme(),
+        grid in any::<bool>(),
+        exponential in any::<bool>(),
+    ) {
+        let density = if grid {
+            "density.grid = { file = \"smoke.vdb\", name = \"density\" }".to_owned()
+        } else if exponential {
+            format!("density.exponential = {{ min = {min:?}, max = {max:?}, base = {base:?}, scale_height = {height:?} }}")
+        } else {
+            format!("density.homogeneous = {{ min = {min:?}, max = {max:?} }}")
+        };
+        let text = format!(
+            "{CAMERA}[media.a]\noptics.coefficients = {{}}\n{density}\n\
+             transform = {{ scale = {scale:?}, rotate = {rotate:?}, translate = {translate:?} }}"
+        );
+        // Decoding the plume takes a while, and its map does not depend on its voxels.
+        let assets: &[(&str, &[u8])] = if grid && height > 1.0 { &[("smoke.vdb", SMOKE)] } else { &[] };
+        if let Ok(scene) = Document::new("s.toml", text).parse()
+            && let Ok(world) = World::load(scene, &Embedded(assets.to_vec()), ENOUGH)
+        {
+            check_finite(&world);
+        }
+    }
+}
+
+#[test]
+fn small_and_large_media_have_maps() {
+    for scale in [1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9] {
+        let text = format!(
+            "{CAMERA}{BOX}optics.coefficients = {{}}\ntransform = {{ scale = {scale}, rotate = [10, 20, 30] }}"
+        );
+        let world = load(Document::new("s.toml", text).parse().unwrap()).unwrap();
+        let volume = &world.volumes[0];
+        let identity = volume.unit_from_world * volume.world_from_unit;
+        for column in 0..4 {
+            let mut axis = Vec4::ZERO;
+            axis[column] = 1.0;
+            assert!((identity.col(column) - axis).length() < 1e-5, "{scale}: {identity:?}");
+        }
+    }
+}
+
+#[test]
+fn every_shipped_scene_but_the_brain_loads() {
+    for index in 0..3 {
+        let world = load(scene(index)).unwrap_or_else(|error| panic!("{}: {error}", SCENES[index].0));
+        check_finite(&world);
+    }
+    assert!(matches!(load(scene(3)), Err(LoadError::Asset { .. })));
+}

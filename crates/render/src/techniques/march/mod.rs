@@ -84,7 +84,7 @@ pub(crate) struct March {
 }
 
 /// Bytes of a `Path` in `march.wesl`.
-const PATH_BYTES: u64 = 48;
+pub(crate) const PATH_BYTES: u64 = 48;
 
 /// The buffer `lights`.
 #[derive(Debug, encase::ShaderType)]

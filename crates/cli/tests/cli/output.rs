@@ -1,0 +1,59 @@
+//! Where pictures go: refused before any work, written whole or not at all.
+
+use crate::{Place, Run};
+
+#[test]
+fn names_that_cannot_be_written_are_refused_before_any_work() {
+    let place = Place::new();
+    std::fs::create_dir(place.path("folder.exr")).unwrap();
+    for (output, expected) in [
+        ("a.jpg", "output a.jpg: accepted: a name that ends in .exr"),
+        ("a", "output a: accepted: a name that ends in .exr"),
+        ("no/a.exr", "output no/a.exr: there is no folder no"),
+        ("scene.toml/a.exr", "output scene.toml/a.exr: there is no folder scene.toml"),
+        ("folder.exr", "output folder.exr: there is a folder of that name"),
+    ] {
+        // The scene is not there either: the output is looked at first.
+        for command in ["reference", "render"] {
+            place.tyndall(&format!("{command} no.toml -o {output}")).exits(2).says(&[expected]);
+        }
+    }
+    place.tyndall("demo -o no/a.png").exits(2).says(&["there is no folder no"]);
+    place.tyndall("compare a.exr b.exr --map map.exr").exits(2).says(&["a name that ends in .png"]);
+    place.tyndall("reference scene.toml -o a.png").exits(2).says(&["a name that ends in .exr"]);
+}
+
+/// A limit on the size of files stands for a full disk.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_1_and_leaves_the_old_file() {
+    let place = Place::new();
+    place.tyndall("reference scene.toml -o a.exr --samples 2").exits(0);
+    let before = std::fs::read(place.path("a.exr")).unwrap();
+    let program = env!("CARGO_BIN_EXE_tyndall");
+    // The signal of the limit is ignored, so that writing fails as on a full disk.
+    let line =
+        format!("trap '' XFSZ; ulimit -f 2; exec {program} reference scene.toml -o a.exr --samples 4 --size 16x12");
+    let mut shell = std::process::Command::new("sh");
+    let run = Run::new(shell.args(["-c", &line]).current_dir(place.0.path()).output().unwrap());
+    run.exits(1).says(&["`a.exr`: "]);
+    assert_eq!(std::fs::read(place.path("a.exr")).unwrap(), before);
+    assert_eq!(place.names(), ["a.exr", "scene.toml"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_that_may_not_be_written() {
+    use std::fs::Permissions;
+    use std::os::unix::fs::PermissionsExt as _;
+    let place = Place::new();
+    std::fs::create_dir(place.path("shut")).unwrap();
+    let mode = |mode| std::fs::set_permissions(place.path("shut"), Permissions::from_mode(mode)).unwrap();
+    mode(0o555);
+    if std::fs::write(place.path("shut/probe"), "").is_ok() {
+        println!("skipped: this user may write everywhere");
+    } else {
+        place.tyndall("reference scene.toml -o shut/a.exr --samples 1").exits(1).says(&["`shut/a.exr`: "]);
+    }
+    mode(0o755);
+}

@@ -1,0 +1,91 @@
+//! `tyndall render` and `tyndall demo`, where there is an adapter.
+
+use tyndall_scene::image::{Image, Picture};
+
+use crate::{Place, adapter};
+
+#[test]
+fn pictures_of_both_formats() {
+    if !adapter() {
+        return;
+    }
+    let place = Place::new();
+    let run = place.tyndall("render scene.toml -o a.exr").exits(0);
+    // Drivers may say something of their own on standard error.
+    assert!(run.out.is_empty(), "{}", run.out);
+    let image = Image::read(&place.path("a.exr")).unwrap();
+    assert_eq!((image.width, image.height), (16, 12));
+    assert!(image.pixels.iter().flatten().all(|value| value.is_finite() && *value > 0.0));
+    assert_eq!(image.attributes["software"], concat!("tyndall ", env!("CARGO_PKG_VERSION")));
+    assert_eq!(image.attributes["scene hash"].len(), 64);
+    assert!(!image.attributes["adapter"].is_empty());
+    for time in ["seconds rendering", "seconds on the device"] {
+        assert!(image.attributes[time].parse::<f64>().unwrap() >= 0.0, "{time}");
+    }
+
+    place.tyndall("render scene.toml -o a.png --size 20x10").exits(0);
+    let picture = Picture::read(&place.path("a.png")).unwrap();
+    assert_eq!(picture.size(), (20, 10));
+    assert!(matches!(picture, Picture::Display(_)));
+    assert_eq!(place.names(), ["a.exr", "a.png", "scene.toml"]);
+}
+
+#[test]
+fn set_takes_effect() {
+    if !adapter() {
+        return;
+    }
+    let place = Place::new();
+    let mean = |name: &str| {
+        let image = Image::read(&place.path(name)).unwrap();
+        (image.pixels.iter().flatten().sum::<f32>() / image.pixels.len() as f32, image.attributes["scene hash"].clone())
+    };
+    place.tyndall("render scene.toml -o a.exr").exits(0);
+    place.tyndall("render scene.toml -o b.exr --set lights.sun.directional.irradiance=400").exits(0);
+    let ((a, hash_a), (b, hash_b)) = (mean("a.exr"), mean("b.exr"));
+    assert!(b > 2.0 * a, "{a} {b}");
+    assert_ne!(hash_a, hash_b);
+}
+
+#[test]
+fn timings_name_the_adapter() {
+    if !adapter() {
+        return;
+    }
+    let out = Place::new().tyndall("render scene.toml -o a.exr --timings").exits(0).out;
+    for part in ["load ", "adapter ", "pass", "total "] {
+        assert!(out.contains(part), "{out}");
+    }
+}
+
+#[test]
+fn adapters_are_chosen_by_name() {
+    if !adapter() {
+        return;
+    }
+    let place = Place::new();
+    let run = place.tyndall("render scene.toml -o a.exr --adapter nonesuch").exits(2).says(&["\"nonesuch\""]);
+    // The message lists those that `info` lists.
+    let info = place.tyndall("info").exits(0).out;
+    let names =
+        info.lines().filter_map(|line| line.strip_prefix("Adapter ")).filter_map(|line| line.split(" (").next());
+    let names: Vec<_> = names.collect();
+    assert!(!names.is_empty());
+    for name in names {
+        assert!(run.err.contains(name), "{name} is not in {}", run.err);
+        place.run(["render", "scene.toml", "-o", "a.exr", "--adapter", &name.to_uppercase()]).exits(0);
+    }
+}
+
+#[test]
+fn an_old_picture_stays_where_the_new_one_fails() {
+    if !adapter() {
+        return;
+    }
+    let place = Place::new();
+    place.write("a.exr", "before");
+    place.tyndall("render scene.toml -o a.exr --set camera.fov=0").exits(2);
+    assert_eq!(std::fs::read(place.path("a.exr")).unwrap(), b"before");
+    place.tyndall("render scene.toml -o a.exr").exits(0);
+    assert!(Image::read(&place.path("a.exr")).is_ok());
+}

@@ -1,0 +1,65 @@
+//! Every shader links and validates, and every struct shared with Rust has the same layout on both sides. No device.
+
+use encase::private::StructMetadata;
+use encase::{ShaderSize, ShaderType};
+
+use crate::graph::{Shader, Tile};
+use crate::resident::{Light, View, Volume};
+use crate::{display, techniques};
+
+/// Every shader that the build linked.
+const SHADERS: &[Shader] = &include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
+
+#[test]
+fn every_shader_validates_and_can_be_bound() {
+    assert!(SHADERS.len() >= 2, "the build found shaders");
+    for shader in SHADERS {
+        let reflection = shader.reflect().unwrap_or_else(|error| panic!("{error}"));
+        assert!(!reflection.bindings.is_empty(), "{} binds nothing", shader.name);
+        let storage = reflection.bindings.iter().filter(|b| b.size > 0).count();
+        // WebGPU's default limits: 8 storage buffers and 16 sampled textures in a stage.
+        assert!(storage <= 8, "{} has {storage} storage buffers", shader.name);
+    }
+}
+
+/// A struct's member offsets and size in the linked WGSL.
+fn shader_layout(shader: &str, name: &str) -> (Vec<u64>, u64) {
+    let shader = SHADERS.iter().find(|s| s.name == shader).unwrap_or_else(|| panic!("no shader {shader}"));
+    let module = naga::front::wgsl::parse_str(shader.source).unwrap();
+    let matches = |ty: &&naga::Type| ty.name.as_deref().is_some_and(|n| n == name || n.ends_with(&format!("_{name}")));
+    let found = module.types.iter().map(|(_, ty)| ty).find(matches);
+    let found = found.unwrap_or_else(|| panic!("{} has no struct {name}", shader.name));
+    let naga::TypeInner::Struct { members, span } = &found.inner else { panic!("{name} is no struct") };
+    (members.iter().map(|member| member.offset.into()).collect(), u64::from(*span))
+}
+
+fn rust_layout<T, const N: usize>() -> (Vec<u64>, u64)
+where
+    T: ShaderSize + ShaderType<ExtraMetadata = StructMetadata<N>>,
+{
+    (T::METADATA.extra.offsets.to_vec(), T::SHADER_SIZE.get())
+}
+
+#[test]
+fn shared_structs_have_one_layout() {
+    let march = "techniques/march/march";
+    assert_eq!(rust_layout::<View, _>(), shader_layout(march, "View"));
+    assert_eq!(rust_layout::<Tile, _>(), shader_layout(march, "Tile"));
+    assert_eq!(rust_layout::<Volume, _>(), shader_layout(march, "Volume"));
+    assert_eq!(rust_layout::<Light, _>(), shader_layout(march, "Light"));
+    assert_eq!(rust_layout::<techniques::march::March, _>(), shader_layout(march, "March"));
+    assert_eq!(techniques::march::PATH_BYTES, shader_layout(march, "Path").1);
+    assert_eq!(rust_layout::<display::Parameters, _>(), shader_layout("display/display", "Display"));
+}
+
+#[test]
+#[should_panic(expected = "assertion")]
+fn another_layout_is_caught() {
+    #[derive(encase::ShaderType)]
+    struct Wider {
+        origin: glam::UVec3,
+        size: glam::UVec2,
+        round: u32,
+    }
+    assert_eq!(rust_layout::<Wider, _>(), shader_layout("techniques/march/march", "Tile"));
+}

@@ -1,0 +1,78 @@
+//! What does not fit is said before it is allocated, and a lost device is an error.
+
+use std::sync::Arc;
+
+use glam::Mat4;
+use half::f16;
+use tyndall_scene::volume::{Grid, Voxels};
+use tyndall_scene::{Field, World};
+
+use super::{PLUME, gpu, render, shipped, world, world_of};
+use crate::RenderError;
+
+const BOX: &str = "density.homogeneous = { min = [0, 0, 0], max = [1, 1, 1] }\noptics.coefficients = { sigma_a = 1 }\n";
+
+fn limit(result: Result<crate::Rendering, RenderError>) -> String {
+    match result {
+        Err(error @ RenderError::Limit { .. }) => error.to_string(),
+        other => panic!("{:?}", other.map(|_| "a picture")),
+    }
+}
+
+fn scene(media: usize) -> String {
+    let media: String = (0..media).map(|i| format!("[media.m{i}]\n{BOX}")).collect();
+    format!("camera = {{ position = [0, 0, 5], target = [0, 0, 0] }}\nfilm.size = [4, 4]\n{media}")
+}
+
+#[test]
+fn more_media_than_the_shader_holds() {
+    let Some(gpu) = gpu() else { return };
+    assert!(render(&gpu, &world(&scene(8))).is_ok());
+    let message = limit(render(&gpu, &world(&scene(9))));
+    assert!(message.contains("found 9 media; this device accepts at most 8 media"), "{message}");
+}
+
+#[test]
+fn a_grid_longer_than_a_texture() {
+    let Some(gpu) = gpu() else { return };
+    let longest = gpu.device.limits().max_texture_dimension_3d;
+    let mut world: World = world(&scene(1));
+    let dims = [longest + 1, 1, 1];
+    let voxels = Voxels::F16(vec![f16::ZERO; dims[0] as usize]);
+    world.volumes[0].field = Field::Grid(Arc::new(Grid { dims, voxels, world_from_index: Mat4::IDENTITY }));
+    let message = limit(render(&gpu, &world));
+    assert!(message.contains("media.m0") && message.contains("Resampled by a factor of 2"), "{message}");
+}
+
+#[test]
+fn more_light_steps_than_an_invocation_stands() {
+    let Some(gpu) = gpu() else { return };
+    let text = format!(
+        "{PLUME}\n[lights.sky.constant]\nradiance = 1\n[techniques.march]\nenvironment_directions = 1024\nlight_step = 0.1\n"
+    );
+    let message = limit(render(&gpu, &world_of(&text, &shipped())));
+    assert!(message.contains("lights") && message.contains("environment_directions"), "{message}");
+}
+
+#[test]
+fn a_lost_device_is_an_error() {
+    let Some(gpu) = gpu() else { return };
+    gpu.device.destroy();
+    assert!(render(&gpu, &world(&scene(1))).is_err());
+}
+
+#[test]
+fn an_interruption_gives_no_picture() {
+    let Some(gpu) = gpu() else { return };
+    let world = world(&scene(1));
+    let result = pollster::block_on(crate::render(&gpu, &world, &mut |_| std::ops::ControlFlow::Break(())));
+    assert!(matches!(result, Err(RenderError::Interrupted)));
+}
+
+#[test]
+fn an_empty_world_is_the_environment() {
+    let Some(gpu) = gpu() else { return };
+    let text = "camera = { position = [0, 0, 5], target = [0, 0, 0] }\nfilm.size = [5, 3]\nlights.sky.constant.radiance = [1, 2, 3]";
+    let image = super::picture(&gpu, &world(text));
+    assert_eq!(image.pixels, vec![[1.0, 2.0, 3.0]; 15]);
+}

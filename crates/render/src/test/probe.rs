@@ -1,0 +1,138 @@
+//! WGSL functions, run on the device over many inputs, against their Rust twins.
+
+use glam::{DVec3, Vec3, Vec4};
+use tyndall_scene::description::Phase;
+use tyndall_scene::image::tonemap;
+
+use super::{gpu, tolerance};
+use crate::Gpu;
+use crate::graph::{Bindings, Shader, shader};
+use crate::math::{phase, ray};
+
+/// Runs a probe: a shader that maps `input` to `output`, an invocation an element.
+fn probe(gpu: &Gpu, shader: &'static Shader, input: &[Vec4]) -> Vec<Vec4> {
+    assert_eq!(input.len() % 64, 0, "whole workgroups");
+    let source = gpu.buffer("input", &input.to_vec());
+    let size = source.size();
+    let target = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("output"),
+        size,
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+        mapped_at_creation: false,
+    });
+    let readable = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("readable"),
+        size,
+        usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    let reflection = shader.reflect().unwrap();
+    let mut bindings = Bindings::default();
+    bindings.read("input", (&source).into());
+    bindings.write("output", (&target).into());
+    bindings.check("probe", &reflection).unwrap();
+    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(shader.name),
+        source: wgpu::ShaderSource::Wgsl(shader.source.into()),
+    });
+    let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(shader.name),
+        layout: None,
+        module: &module,
+        entry_point: None,
+        compilation_options: Default::default(),
+        cache: None,
+    });
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    let mut pass = encoder.begin_compute_pass(&Default::default());
+    pass.set_pipeline(&pipeline);
+    pass.set_bind_group(0, &bindings.group(gpu, "probe", &pipeline.get_bind_group_layout(0), &reflection), &[]);
+    pass.dispatch_workgroups(input.len() as u32 / 64, 1, 1);
+    drop(pass);
+    encoder.copy_buffer_to_buffer(&target, 0, &readable, 0, size);
+    gpu.queue.submit([encoder.finish()]);
+    let bytes = pollster::block_on(crate::renderer::map(gpu, &readable)).unwrap();
+    bytemuck::cast_slice::<u8, [f32; 4]>(&bytes).iter().map(|&v| Vec4::from(v)).collect()
+}
+
+/// Numbers in [0, 1), evenly spread: the fractional parts of multiples of irrational numbers.
+fn spread(i: usize, dimension: usize) -> f32 {
+    const IRRATIONAL: [f64; 6] =
+        [0.754_877_666, 0.569_840_291, 0.618_033_989, 0.414_213_562, 0.732_050_808, 0.236_067_977];
+    (i as f64 * IRRATIONAL[dimension]).fract() as f32
+}
+
+fn assert_close(found: f64, expected: f64, tolerance: f64, at: impl std::fmt::Debug) {
+    let error = (found - expected).abs() / expected.abs().max(1.0);
+    assert!(error <= tolerance, "{found} for {expected} at {at:?}");
+}
+
+#[test]
+fn phase_functions_equal_their_twins() {
+    static PHASE: Shader = shader!("test/probes/phase");
+    let Some(gpu) = gpu() else { return };
+    let input: Vec<_> =
+        (0..6400).map(|i| Vec4::new((i % 3) as f32, spread(i, 0) * 1.8 - 0.9, spread(i, 1) * 2.0 - 1.0, 0.0)).collect();
+    for (x, found) in input.iter().zip(probe(&gpu, &PHASE, &input)) {
+        let function = [Phase::Isotropic, Phase::Rayleigh, Phase::Hg { g: x.y }][x.x as usize];
+        assert_eq!(phase::encode(function).0, x.x as u32);
+        let expected = phase::phase(function, x.z.into());
+        // Near the peak of a strongly forward lobe, rounding of 1 + g² − 2g cosθ is amplified.
+        let amplified = 1.0 / f64::from(1.0 + x.y * x.y - 2.0 * x.y * x.z).min(1.0);
+        assert_close(found.x.into(), expected, tolerance::PROBE * amplified, x);
+    }
+}
+
+#[test]
+fn unit_cube_spans_equal_their_twins() {
+    static RAY: Shader = shader!("test/probes/ray");
+    let Some(gpu) = gpu() else { return };
+    let input: Vec<_> = (0..6400)
+        .map(|i| {
+            // Origins in and around the cube, directions all around.
+            let scale = if i % 2 == 0 { 2.0 } else { 1.0 };
+            let v = Vec3::from([0, 1, 2].map(|d| (spread(i, d) - 0.5) * scale)) + 0.5 * (scale - 1.0);
+            // Every fourth direction runs along an axis or a face.
+            let mask = if i % 8 == 1 { Vec3::new(1.0, 0.0, (i / 8 % 2) as f32) } else { Vec3::ONE };
+            (v * mask).extend(0.0)
+        })
+        .collect();
+    let (mut hits, mut misses) = (0, 0);
+    for (pair, found) in input.chunks(2).zip(probe(&gpu, &RAY, &input).chunks(2)) {
+        let (origin, direction) = (pair[0].truncate().as_dvec3(), pair[1].truncate().as_dvec3());
+        let expected = ray::unit_cube_span(origin, direction);
+        let found = DVec3::new(found[0].x.into(), found[0].y.into(), 0.0);
+        if expected.x + 1e-4 < expected.y {
+            hits += 1;
+            // Distances are in lengths of the direction, and lose digits where that is short.
+            let scale = 1.0 / direction.abs().min_element().clamp(1e-3, 1.0);
+            assert_close(found.x, expected.x, tolerance::PROBE * scale, pair);
+            assert_close(found.y, expected.y, tolerance::PROBE * scale, pair);
+        } else if expected.x > expected.y + 1e-4 {
+            misses += 1;
+            assert!(found.x > found.y, "{found} for {expected} at {pair:?}");
+        }
+    }
+    assert!(hits > 500 && misses > 500, "{hits} hits, {misses} misses");
+}
+
+#[test]
+fn agx_equals_its_twin() {
+    static AGX: Shader = shader!("test/probes/agx");
+    let Some(gpu) = gpu() else { return };
+    let mut input: Vec<_> =
+        (0..6400).map(|i| Vec3::from([0, 1, 2].map(|d| (spread(i, d) * 24.0 - 14.0).exp2())).extend(0.0)).collect();
+    input[..3].copy_from_slice(&[Vec4::ZERO, Vec4::splat(-1.0), Vec4::splat(1e30)]);
+    for (x, found) in input.iter().zip(probe(&gpu, &AGX, &input)) {
+        let expected = tonemap::agx(x.truncate());
+        for c in 0..3 {
+            assert_close(found[c].into(), expected[c].into(), tolerance::PROBE_AGX, x);
+        }
+    }
+}
+
+#[test]
+#[should_panic(expected = "for 0.5 at")]
+fn a_wrong_value_is_caught() {
+    assert_close(0.5 + 2.0 * tolerance::PROBE, 0.5, tolerance::PROBE, "a value");
+}
