@@ -7,7 +7,8 @@
 //! The step rule, stated here and written once in `march.wesl` (`next_segment`): between two boundaries of volumes a ray is
 //! cut into equal segments of at most `step` voxels of the finest volume there (a volume without voxels counts as 64 to
 //! its shortest edge). Each is sampled in its middle and integrated in closed form, (1−e^{−σ_tΔ})/σ_t. Rays to the lights
-//! follow the same rule with `light_step`. No jitter: the error is a smooth bias, second order in the step.
+//! follow the same rule with `light_step`; there, and wherever no light is scattered, homogeneous volumes take one step,
+//! which is exact. No jitter: the error is a smooth bias, second order in the step.
 //!
 //! Not in the model: light scattered more than once, and scattered emission. The constant environment scatters once, as
 //! parallel lights from `environment_directions` directions.
