@@ -75,7 +75,8 @@ def scene(description, integrator):
     camera, (width, height) = description["camera"], description["size"]
     result = {
         "type": "scene",
-        "integrator": {"type": integrator, "max_depth": -1},
+        # No Russian roulette: that of volpathmis loses light.
+        "integrator": {"type": integrator, "max_depth": -1, "rr_depth": 2**30},
         "sensor": {
             "type": "perspective",
             "fov": camera["fov"],

@@ -17,7 +17,7 @@ impl Arguments {
     /// Runs the golden tests in the mode that writes.
     pub fn run(&self) -> Result<()> {
         driver::ensure(&process::build_tyndall()?, self.consent)?;
-        let mut test = process::cargo(&["test", "--package", "tyndall", "--test", "goldens"]);
+        let mut test = process::cargo(&["test", "--package", "tyndall", "--lib", "golden"]);
         process::quiet_driver(&mut test)?;
         process::run(test.envs([("TYNDALL_BLESS", "1"), ("TYNDALL_REQUIRE_ADAPTER", "1")]))
     }

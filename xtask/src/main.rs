@@ -23,6 +23,7 @@ Examples:
   cargo xtask demo             a picture of smoke in out/demo.png, on any machine
   cargo xtask test             everything that must hold before a change lands
   cargo xtask bless            new golden pictures, to be looked at before they are committed
+  cargo xtask bench accuracy   the marcher against the reference; writes docs/accuracy.md
   cargo xtask bench mitsuba    the reference against Mitsuba 3; writes docs/mitsuba.md
   cargo xtask bench memory     peak memory with volumes of 512^3; writes docs/memory.md"
 )]

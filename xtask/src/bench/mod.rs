@@ -1,5 +1,6 @@
 //! `cargo xtask bench`: what takes minutes, and writes the tables in docs/.
 
+mod accuracy;
 mod memory;
 mod mitsuba;
 
@@ -10,6 +11,7 @@ use crate::process;
 /// Measure, and write the tables in docs/
 #[derive(clap::Subcommand)]
 pub enum Command {
+    Accuracy(accuracy::Arguments),
     Mitsuba(mitsuba::Arguments),
     Memory(memory::Arguments),
 }
@@ -18,6 +20,7 @@ impl Command {
     /// Runs one.
     pub fn run(&self) -> Result<()> {
         match self {
+            Command::Accuracy(arguments) => arguments.run(),
             Command::Mitsuba(arguments) => arguments.run(),
             Command::Memory(arguments) => arguments.run(),
         }
@@ -27,7 +30,8 @@ impl Command {
 /// Writes a page of docs/, whole or not at all.
 fn publish(name: &str, text: &str) -> Result<()> {
     let (unfinished, path) = (process::scratch("")?.join(name), process::root().join("docs").join(name));
-    std::fs::write(&unfinished, text)
+    std::fs::create_dir_all(process::root().join("docs"))
+        .and_then(|()| std::fs::write(&unfinished, text))
         .and_then(|()| std::fs::rename(&unfinished, &path))
         .with_context(|| format!("cannot write {}", path.display()))?;
     println!("wrote docs/{name}");

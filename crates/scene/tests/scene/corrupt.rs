@@ -215,8 +215,8 @@ fn tokens(text: &str) -> Vec<std::ops::Range<usize>> {
 fn places_are_those_of_the_values() {
     let document = Document::new("fog.toml", SCENES[2].1);
     for (path, expected) in [
-        ("camera.fov", "fov = 40"),
-        ("lights.lamp.spot.outer_angle", "outer_angle = 16"),
+        ("camera.fov", "fov = "),
+        ("lights.lamp.spot.outer_angle", "outer_angle = "),
         ("media.fog.optics.coefficients.phase.hg.g", "optics.coefficients"),
         ("media.smoke.density.grid.file", "density.grid = "),
         // By default: the table around it.

@@ -51,7 +51,7 @@ pub const TECHNIQUE: Technique = Technique {
             name: "termination",
             help: "Transmittance at which a camera ray ends",
             unit: "",
-            kind: Kind::Number { min: 0.0, max: 0.5, default: 0.003 },
+            kind: Kind::Number { min: 0.0, max: 0.5, default: 0.001 },
         },
         Parameter {
             name: "samples",

@@ -112,7 +112,7 @@ fn grids_by_name() {
     let empty = read_vdb(CODES, "codes[1]", BUDGET).unwrap();
     assert_eq!((empty.dims, empty.value(0, 0, 0)), ([1; 3], 7.0));
     let error = read_vdb(CODES, "density", BUDGET).unwrap_err();
-    assert!(error.to_string().ends_with("the file has: codes[0], codes[1], mask"), "{error}");
+    assert!(error.to_string().ends_with("accepted: the grids \"codes[0]\", \"codes[1]\", \"mask\""), "{error}");
     let error = read_vdb(CODES, "mask", BUDGET).unwrap_err();
     assert_eq!(error.to_string(), "unsupported: the grid type Tree_bool_5_4_3; accepted: Tree_float_5_4_3");
 }
