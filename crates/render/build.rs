@@ -1,4 +1,5 @@
-//! Links every WESL entry file (one that has an entry point) under `src` to plain WGSL in `OUT_DIR`, at the same path.
+//! Links every WESL entry file (one that has an entry point) under `src` to plain WGSL in `OUT_DIR`, at the same path, and
+//! lists the techniques: the folders in `src/techniques`.
 
 use std::error::Error;
 use std::fs;
@@ -21,13 +22,21 @@ fn main() -> Result<(), Box<dyn Error>> {
         list += &format!("    crate::graph::shader!({name:?}),\n");
     }
     fs::write(out.join("shaders.rs"), list + "]\n")?;
+    let techniques = sorted_paths(Path::new("src/techniques"))?;
+    let names = techniques.iter().filter(|path| path.is_dir()).filter_map(|path| path.file_name()?.to_str());
+    let list: String = names.map(|name| format!("    {name}::TECHNIQUE,\n")).collect();
+    fs::write(out.join("techniques.rs"), format!("[\n{list}]\n"))?;
     Ok(())
 }
 
-fn collect_entries(folder: &Path, entries: &mut Vec<PathBuf>) -> Result<(), Box<dyn Error>> {
+fn sorted_paths(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     let mut paths: Vec<_> = fs::read_dir(folder)?.map(|entry| entry.map(|e| e.path())).collect::<Result<_, _>>()?;
     paths.sort();
-    for path in paths {
+    Ok(paths)
+}
+
+fn collect_entries(folder: &Path, entries: &mut Vec<PathBuf>) -> Result<(), Box<dyn Error>> {
+    for path in sorted_paths(folder)? {
         if path.is_dir() {
             collect_entries(&path, entries)?;
         } else if path.extension().is_some_and(|extension| extension == "wesl") {

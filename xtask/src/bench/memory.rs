@@ -212,7 +212,8 @@ fn render(tyndall: &Path, folder: &Path) -> Result<Peak> {
         if let Some(status) = child.try_wait()? {
             break status;
         }
-        std::thread::sleep(Duration::from_millis(1));
+        // A refusal takes but a few milliseconds.
+        std::thread::sleep(Duration::from_micros(200));
     };
     let time = begun.elapsed();
     let (mut printed, mut said) = (String::new(), String::new());

@@ -1,4 +1,4 @@
-//! Techniques: a folder each, and a line here.
+//! Techniques: a folder each, and a line here. The build lists the folders.
 
 pub mod march;
 
@@ -10,8 +10,11 @@ use crate::RenderError;
 use crate::graph::Graph;
 use crate::resident::Resident;
 
-/// Every technique, the default first.
-pub const TECHNIQUES: &[Technique] = &[march::TECHNIQUE];
+/// Every technique, in the order of their names.
+pub const TECHNIQUES: &[Technique] = &include!(concat!(env!("OUT_DIR"), "/techniques.rs"));
+
+/// The technique of a scene that names none.
+const DEFAULT: &str = march::TECHNIQUE.name;
 
 /// What a technique declares of itself.
 #[derive(Clone, Copy)]
@@ -50,7 +53,7 @@ pub fn chosen(scene: &tyndall_scene::Scene) -> Result<(&'static Technique, Setti
     let mut asked = scene.techniques.iter();
     let (name, given) = match asked.next() {
         Some((name, given)) => (name.as_str(), Some(given)),
-        None => (TECHNIQUES[0].name, None),
+        None => (DEFAULT, None),
     };
     let technique = TECHNIQUES.iter().find(|technique| technique.name == name);
     match (technique, asked.next()) {
