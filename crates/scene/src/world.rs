@@ -18,7 +18,8 @@ pub struct World {
     pub scene: Scene,
     /// The media, in the order of their names.
     pub volumes: Vec<Volume>,
-    /// BLAKE3 of the description and of every asset's bytes, in hexadecimal: two worlds of one hash are one world.
+    /// BLAKE3 of the description and of every asset's bytes, in hexadecimal: two worlds of one hash are one world. How
+    /// techniques are to render it does not count.
     pub hash: String,
 }
 
@@ -131,7 +132,8 @@ impl World {
     pub fn load(scene: Scene, assets: &dyn Assets, budget: Budget) -> Result<Self, LoadError> {
         scene.check()?;
         let mut hasher = blake3::Hasher::new();
-        hasher.update(serde_json::to_string(&scene).expect("a scene has only string keys").as_bytes());
+        let depicted = Scene { techniques: BTreeMap::new(), ..scene.clone() };
+        hasher.update(serde_json::to_string(&depicted).expect("a scene has only string keys").as_bytes());
         let mut loader = Loader { assets, left: budget, hasher, grids: BTreeMap::new() };
         let mut volumes = Vec::new();
         for (name, medium) in &scene.media {
@@ -187,7 +189,7 @@ impl Loader<'_> {
             let accepted = "no name with a NIfTI file, which holds one volume".into();
             return Err(FieldError { path, found: format!("{name:?}"), accepted }.into());
         }
-        let bytes = self.assets.read(file).map_err(|source| LoadError::Asset {
+        let bytes = self.assets.read(file, self.left.0).map_err(|source| LoadError::Asset {
             path: path.clone(),
             file: file.into(),
             source,

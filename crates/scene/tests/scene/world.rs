@@ -41,15 +41,23 @@ fn the_hash_tells_worlds_apart() {
         ("film.exposure", "0.9"),
         ("media.plume.optics.coefficients.sigma_a", "1.6"),
         ("media.plume.density.grid.name", "temperature"),
-        ("techniques.march.step", "0.5"),
     ] {
         let mut changed = plume.clone();
         changed.set(path, value).unwrap();
         assert_ne!(hash(&changed, &smoke), first, "{path}");
     }
+    let mut marched = plume.clone();
+    marched.set("techniques.march.step", "0.5").unwrap();
+    assert_eq!(hash(&marched, &smoke), first, "how it is rendered does not count");
     // Bytes that make no difference to the voxels still are others.
     let longer = [SMOKE, b"\0"].concat();
     assert_ne!(hash(&plume, &[("smoke.vdb", &longer)]), first);
+}
+
+#[test]
+fn an_asset_longer_than_the_budget_is_not_read() {
+    let error = World::load(scene(0), &Embedded(vec![("smoke.vdb", SMOKE)]), Budget(1000)).unwrap_err().to_string();
+    assert!(error.contains("at most 1000 are read"), "{error}");
 }
 
 #[test]
