@@ -30,15 +30,14 @@ pub fn cargo(arguments: &[&str]) -> Command {
 
 /// Builds the `tyndall` command and gives its path.
 pub fn build_tyndall() -> Result<PathBuf> {
-    build("--bin", "tyndall")
+    build(&["--bin", "tyndall"], "tyndall")
 }
 
-/// Builds a program of the workspace, a `--bin` or an `--example`, and gives its path.
-pub fn build(kind: &str, name: &str) -> Result<PathBuf> {
-    // With the workspace's choice of features, which is that of the tests: nothing is built twice.
-    run(&mut cargo(&["build", "--workspace", kind, name]))?;
-    let folder = if kind == "--example" { "examples/" } else { "" };
-    let path = std::env::current_exe()?.with_file_name(format!("{folder}{name}{}", std::env::consts::EXE_SUFFIX));
+/// Builds these targets of the workspace, and gives the path of a program among them (`examples/NAME` for an example).
+pub fn build(targets: &[&str], program: &str) -> Result<PathBuf> {
+    // The whole workspace chooses the dependencies' features, so that nothing is built twice.
+    run(cargo(&["build", "--workspace"]).args(targets))?;
+    let path = std::env::current_exe()?.with_file_name(format!("{program}{}", std::env::consts::EXE_SUFFIX));
     ensure!(path.is_file(), "cargo built no {}", path.display());
     Ok(path)
 }

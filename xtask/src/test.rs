@@ -44,7 +44,10 @@ const STAGES: [Stage; 7] = [
         passed(process::run(doc.env("RUSTDOCFLAGS", "-D warnings -A rustdoc::broken_intra_doc_links")))
     }),
     ("wasm32", |_| wasm()),
-    ("driver", |arguments| passed(driver::ensure(&process::build_tyndall()?, arguments.consent))),
+    ("driver", |arguments| {
+        // All targets: the tests need them, and with their dependencies' features.
+        passed(driver::ensure(&process::build(&["--all-targets"], "tyndall")?, arguments.consent))
+    }),
     ("tests", |_| tests()),
 ];
 

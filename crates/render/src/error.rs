@@ -66,6 +66,12 @@ pub enum RenderError {
         /// The validation error.
         message: String,
     },
+    /// The device refused something as it ran; its words name the pass.
+    #[error("the device refused to go on: {message}")]
+    Device {
+        /// The device's words.
+        message: String,
+    },
     /// A setting that a technique does not accept.
     #[error(transparent)]
     Setting(#[from] FieldError),

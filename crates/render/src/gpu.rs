@@ -36,7 +36,14 @@ pub struct Gpu {
     pub adapter: wgpu::AdapterInfo,
     pub(crate) pipelines: Arc<Mutex<HashMap<String, wgpu::ComputePipeline>>>,
     iterations: u32,
-    lost: Arc<OnceLock<String>>,
+    trouble: Arc<OnceLock<Trouble>>,
+}
+
+/// What went wrong on the device outside of any check.
+#[derive(Debug)]
+enum Trouble {
+    Lost(String),
+    Error(String),
 }
 
 /// Features that make pictures better where an adapter has them; nothing needs them.
@@ -106,7 +113,7 @@ impl Gpu {
     pub fn from_device(device: wgpu::Device, queue: wgpu::Queue) -> Self {
         let adapter = device.adapter_info();
         let iterations = if adapter.device_type == wgpu::DeviceType::Cpu { 60_000 } else { 1_000_000 };
-        Self { device, queue, adapter, pipelines: Arc::default(), iterations, lost: Arc::default() }
+        Self { device, queue, adapter, pipelines: Arc::default(), iterations, trouble: Arc::default() }
     }
 
     /// The adapter and its driver, in one line.
@@ -116,23 +123,25 @@ impl Gpu {
     }
 
     fn watch(&self) {
-        let lost = self.lost.clone();
+        let trouble = self.trouble.clone();
         self.device.set_device_lost_callback(move |reason, message| {
             if reason != wgpu::DeviceLostReason::Destroyed {
-                let _ = lost.set(format!("{reason:?}: {message}"));
+                // The first trouble is the one to report.
+                let _ = trouble.set(Trouble::Lost(format!("{reason:?}: {message}")));
             }
         });
-        let lost = self.lost.clone();
+        let trouble = self.trouble.clone();
         self.device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             tracing::error!("{error}");
-            let _ = lost.set(error.to_string());
+            let _ = trouble.set(Trouble::Error(error.to_string()));
         }));
     }
 
-    /// An error where the device was lost, or failed outside of any check, since it was opened.
+    /// An error where the device was lost, or refused something outside of any check, since it was opened.
     pub(crate) fn alive(&self) -> Result<(), RenderError> {
-        match self.lost.get() {
-            Some(reason) => Err(RenderError::DeviceLost { reason: reason.clone() }),
+        match self.trouble.get() {
+            Some(Trouble::Lost(reason)) => Err(RenderError::DeviceLost { reason: reason.clone() }),
+            Some(Trouble::Error(message)) => Err(RenderError::Device { message: message.clone() }),
             None => Ok(()),
         }
     }

@@ -111,7 +111,11 @@ impl LoadError {
         let message = match self {
             LoadError::Field(error) => return document.locate(error),
             LoadError::Asset { file, source, .. } => {
-                format!("cannot read {file:?}: {source}; accepted: a path relative to the scene file")
+                let hint = match source.kind() {
+                    io::ErrorKind::NotFound => "; accepted: a path relative to the scene file",
+                    _ => "",
+                };
+                format!("cannot read {file:?}: {source}{hint}")
             }
             LoadError::Volume { file, source, .. } => format!("{file:?}: {source}"),
             LoadError::Singular { .. } => SINGULAR.into(),

@@ -30,23 +30,23 @@ struct Case {
 }
 
 const CASES: [Case; 4] = [
-    Case { name: "plume with sun", scene: "plume", depth: 1, model: "single_scattering", samples: 6000, data: None },
-    Case { name: "fog with spot light", scene: "fog", depth: 1, model: "single_scattering", samples: 3000, data: None },
-    Case { name: "plume as fire, emission", scene: "fire", depth: 0, model: "emission", samples: 3000, data: None },
+    Case { name: "plume with sun", scene: "plume", depth: 1, model: "single_scattering", samples: 3000, data: None },
+    Case { name: "fog with spot light", scene: "fog", depth: 1, model: "single_scattering", samples: 1000, data: None },
+    Case { name: "plume as fire, emission", scene: "fire", depth: 0, model: "emission", samples: 1000, data: None },
     Case {
         name: "brain",
         scene: "brain",
         depth: 0,
         model: "emission",
-        samples: 1500,
+        samples: 500,
         data: Some("mni152_t1_1mm.nii.gz"),
     },
 ];
 
 const SETTINGS: [(&str, &[&str]); 2] =
-    [("default", &[]), ("high", &["step=0.5", "light_step=0.5", "samples=16", "termination=0.0001"])];
+    [("default", &[]), ("high", &["step=0.5", "light_step=1", "samples=8", "termination=0.0001"])];
 
-const SIZE: &str = "160x120";
+const SIZE: &str = "320x240";
 
 impl Arguments {
     /// Renders, traces, compares.

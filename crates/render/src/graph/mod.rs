@@ -72,7 +72,8 @@ impl<'a> Graph<'a> {
                 let mut bytes = encase::StorageBuffer::new([0u8; Tile::SHADER_SIZE.get() as usize]);
                 bytes.write(&Tile { round, ..tile }).expect("the array has the tile's size");
                 self.gpu.queue.write_buffer(&self.tile, 0, &bytes.into_inner());
-                let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+                let label = wgpu::CommandEncoderDescriptor { label: Some(pass.name) };
+                let mut encoder = self.gpu.device.create_command_encoder(&label);
                 let mut scope = profiler.scope("frame", &mut encoder);
                 let mut recorded = scope.scoped_compute_pass(pass.name);
                 recorded.set_pipeline(&pass.pipeline);
