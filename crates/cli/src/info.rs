@@ -38,7 +38,8 @@ fn describe(adapters: &[wgpu::Adapter]) -> Result<String, fmt::Error> {
         let has = |feature| if adapter.features().contains(feature) { "yes" } else { "no" };
         writeln!(out, "  32-bit voxels are interpolated  {}", has(wgpu::Features::FLOAT32_FILTERABLE))?;
         writeln!(out, "  passes are timed                {}", has(wgpu::Features::TIMESTAMP_QUERY))?;
-        writeln!(out)?;
+        let features: Vec<_> = adapter.features().iter_names().map(|(name, _)| name.to_lowercase()).collect();
+        writeln!(out, "  features           {}\n", features.join(" "))?;
     }
     for technique in TECHNIQUES {
         writeln!(out, "Technique {}: {}", technique.name, technique.summary)?;

@@ -36,8 +36,10 @@ impl Assets for Directory {
     fn read(&self, file: &str, limit: u64) -> io::Result<Cow<'_, [u8]>> {
         use io::Read as _;
         let file = std::fs::File::open(self.0.join(file))?;
-        check_length(file.metadata()?.len(), limit)?;
+        let length = file.metadata()?.len();
+        check_length(length, limit)?;
         let mut bytes = Vec::new();
+        bytes.try_reserve_exact(usize::try_from(length).unwrap_or(usize::MAX))?;
         // A device file has no length of its own.
         file.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
         check_length(bytes.len() as u64, limit)?;

@@ -102,8 +102,8 @@ async fn record(Recording { graph, resident, settings, film }: Recording<'_, '_>
     lights.extend(environment_lights(resident.environment, settings.number("environment_directions") as u32));
     let (step, light_step) = (settings.number("step"), settings.number("light_step"));
     let light_count = if scattering { lights.len() as u32 } else { 0 };
-    let (rounds, steps_per_round) = rounds(gpu, resident, step, light_step, light_count)?;
     let samples = settings.number("samples") as u32;
+    let (rounds, steps_per_round) = rounds(gpu, resident, [step, light_step], light_count, samples)?;
     let march = March {
         step,
         light_step,
@@ -153,15 +153,22 @@ async fn record(Recording { graph, resident, settings, film }: Recording<'_, '_>
 
 /// Into how many rounds, of how many steps, a camera ray is cut so that no invocation makes more loop iterations than the
 /// device stands. Every loop of `march.wesl` counts, also those that a compiler would unroll.
-fn rounds(gpu: &Gpu, resident: &Resident, step: f32, light_step: f32, lights: u32) -> Result<(u32, u32), RenderError> {
-    // A ray steps through each volume, and once more at each of its boundaries.
-    let count = |step: f32| -> u64 {
-        resident.traits.diagonals.iter().map(|voxels| (voxels / step).ceil() as u64 + 2).sum::<u64>() + 1
+fn rounds(
+    gpu: &Gpu,
+    resident: &Resident,
+    [step, light_step]: [f32; 2],
+    lights: u32,
+    samples: u32,
+) -> Result<(u32, u32), RenderError> {
+    // A ray steps through each volume, and once more at each of its boundaries. A volume may be absurdly long.
+    let count = |step: f32| {
+        let steps = resident.traits.diagonals.iter().map(|voxels| ((voxels / step).ceil() as u64).saturating_add(2));
+        steps.fold(1u64, u64::saturating_add)
     };
     let (steps, light_steps) = (count(step), count(light_step));
     let per_segment = 1 + 2 * u64::from(resident.traits.count);
-    let per_light = per_segment * (light_steps + 1);
-    let per_step = per_segment + u64::from(lights) * per_light;
+    let per_light = light_steps.saturating_add(1).saturating_mul(per_segment);
+    let per_step = u64::from(lights).saturating_mul(per_light).saturating_add(per_segment);
     let limit = u64::from(gpu.iterations());
     if per_step > limit {
         return Err(RenderError::Limit {
@@ -172,14 +179,16 @@ fn rounds(gpu: &Gpu, resident: &Resident, step: f32, light_step: f32, lights: u3
         });
     }
     let steps_per_round = (limit / per_step).min(steps);
-    let rounds = u32::try_from(steps.div_ceil(steps_per_round));
-    let rounds = rounds.map_err(|_| RenderError::Limit {
-        what: "techniques.march.step".into(),
-        found: format!("{steps} steps along a ray"),
-        limit: format!("{} steps", u64::from(u32::MAX) * steps_per_round),
-        advice: "Use a longer step.".into(),
-    })?;
-    Ok((rounds, steps_per_round as u32))
+    let rounds = steps.div_ceil(steps_per_round);
+    if rounds.saturating_mul(samples.into()) > u32::MAX.into() {
+        return Err(RenderError::Limit {
+            what: "techniques.march.step".into(),
+            found: format!("{steps} steps along a ray"),
+            limit: format!("{} steps", steps_per_round.saturating_mul(u64::from(u32::MAX / samples))),
+            advice: "Use a longer step, or fewer samples.".into(),
+        });
+    }
+    Ok((rounds as u32, steps_per_round as u32))
 }
 
 /// A constant environment as `count` parallel lights, spread evenly over the sphere on a Fibonacci spiral.
