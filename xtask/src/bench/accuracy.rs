@@ -26,19 +26,45 @@ struct Case {
     depth: u32,
     model: &'static str,
     samples: u32,
+    size: &'static str,
     data: Option<&'static str>,
 }
 
 const CASES: [Case; 4] = [
-    Case { name: "plume with sun", scene: "plume", depth: 1, model: "single_scattering", samples: 3000, data: None },
-    Case { name: "fog with spot light", scene: "fog", depth: 1, model: "single_scattering", samples: 1000, data: None },
-    Case { name: "plume as fire, emission", scene: "fire", depth: 0, model: "emission", samples: 1000, data: None },
+    Case {
+        name: "plume with sun",
+        scene: "plume",
+        depth: 1,
+        model: "single_scattering",
+        samples: 3000,
+        size: "320x240",
+        data: None,
+    },
+    Case {
+        name: "fog with spot light",
+        scene: "fog",
+        depth: 1,
+        model: "single_scattering",
+        samples: 2000,
+        size: "120x90",
+        data: None,
+    },
+    Case {
+        name: "plume as fire, emission",
+        scene: "fire",
+        depth: 0,
+        model: "emission",
+        samples: 1000,
+        size: "320x240",
+        data: None,
+    },
     Case {
         name: "brain",
         scene: "brain",
         depth: 0,
         model: "emission",
         samples: 500,
+        size: "320x240",
         data: Some("mni152_t1_1mm.nii.gz"),
     },
 ];
@@ -46,21 +72,28 @@ const CASES: [Case; 4] = [
 const SETTINGS: [(&str, &[&str]); 2] =
     [("default", &[]), ("high", &["step=0.5", "light_step=1", "samples=8", "termination=0.0001"])];
 
-const SIZE: &str = "320x240";
-
 impl Arguments {
     /// Renders, traces, compares.
     pub fn run(&self) -> Result<()> {
         let tyndall = process::build_tyndall()?;
         driver::ensure(&tyndall, self.consent)?;
         let mut rows = vec![
-            ["scene", "settings", "relative RMSE", "the reference's noise", "bias", "FLIP mean", "on the device"]
-                .map(String::from)
-                .to_vec(),
+            [
+                "scene",
+                "pixels",
+                "settings",
+                "relative RMSE",
+                "the reference's noise",
+                "bias",
+                "FLIP mean",
+                "on the device",
+            ]
+            .map(String::from)
+            .to_vec(),
         ];
         let mut adapter = String::new();
         for case in &CASES {
-            let mut scene = vec![format!("scenes/{}.toml", case.scene), format!("--size={SIZE}")];
+            let mut scene = vec![format!("scenes/{}.toml", case.scene), format!("--size={}", case.size)];
             if let Some(file) = case.data {
                 let Some(path) = data(file) else {
                     println!("skipped: {} ({file} is not there)", case.name);
@@ -86,7 +119,7 @@ impl Arguments {
             }
         }
         let text = format!(
-            "# The marcher against the reference\n\nAt equal scattering depth, {SIZE} pixels, on {adapter}. *Relative RMSE* is over \
+            "# The marcher against the reference\n\nAt equal scattering depth, on {adapter}. *Relative RMSE* is over \
              the root mean square of the reference; it holds the reference's own noise, which *bias* is without. *high* is \
              {}. Written by `cargo xtask bench accuracy`.\n\n{}",
             SETTINGS[1].1.join(", "),
@@ -119,6 +152,7 @@ fn compare(
     };
     let row = vec![
         case.name.into(),
+        case.size.into(),
         name.into(),
         percent("relative_rmse")?,
         percent("reference_noise")?,
