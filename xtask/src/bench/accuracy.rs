@@ -158,7 +158,6 @@ fn compare(
         percent("reference_noise")?,
         percent("relative_bias")?,
         format!("{:.4}", report["flip_mean"].as_f64().context("the report has no flip_mean")?),
-        line("pass").unwrap_or_default(),
     ];
     println!("{}", row.join("  "));
     Ok((row, line("adapter").unwrap_or_default()))
