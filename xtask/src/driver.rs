@@ -80,7 +80,8 @@ fn missing(tyndall: &Path) -> Result<Option<String>> {
     let said = String::from_utf8_lossy(&output.stderr).trim().to_owned();
     match output.status.code() {
         Some(0) => Ok(None),
-        Some(1) => Ok(Some(said.strip_prefix("error: ").unwrap_or(&said).to_owned())),
+        // Before the message may stand what the Vulkan loader complains of.
+        Some(1) => Ok(Some(said.rsplit_once("error: ").map_or(&*said, |(_, message)| message).to_owned())),
         _ => bail!("`tyndall info` ended with {}:\n{said}", output.status),
     }
 }

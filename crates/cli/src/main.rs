@@ -12,6 +12,7 @@ mod render;
 mod say;
 mod schema;
 
+use std::io::IsTerminal as _;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};

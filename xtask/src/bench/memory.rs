@@ -108,13 +108,13 @@ fn page(adapter: &str, rows: &[Vec<String>], refusal: &Peak, good: bool) -> Stri
         "# Memory\n\nPeak resident memory of `tyndall render` (on Linux, VmHWM of the process), {} × {} pixels, single \
          scattering, on\n{}. A CPU driver keeps what it holds in the same memory: the peak counts the volume for the \
          loader and for the\ndevice. Made by `cargo xtask bench memory`.\n\n{}\nA volume of {ABSURD_SIDE}³ floats ({:.0} \
-         GiB) is refused after {:.2} s, with a peak of {:.0} MiB: {}.\n\n```text\n{}\n```\n",
+         GiB) is refused after {:.0} ms, with a peak of {:.0} MiB: {}.\n\n```text\n{}\n```\n",
         FILM[0],
         FILM[1],
         adapter,
         table(rows),
         (ABSURD_SIDE.pow(3) * 4) as f64 / (MIB * 1024.0),
-        refusal.time.as_secs_f64(),
+        refusal.time.as_secs_f64() * 1e3,
         refusal.bytes as f64 / MIB,
         verdict(good),
         refusal.said,
