@@ -40,8 +40,7 @@ const STAGES: [Stage; 7] = [
     }),
     ("docs", |_| {
         let mut doc = process::cargo(&["doc", "--quiet", "--workspace", "--no-deps"]);
-        // Units stand in brackets, as in [m], and are no links.
-        passed(process::run(doc.env("RUSTDOCFLAGS", "-D warnings -A rustdoc::broken_intra_doc_links")))
+        passed(process::run(doc.env("RUSTDOCFLAGS", "-D warnings")))
     }),
     ("wasm32", |_| wasm()),
     ("driver", |arguments| {
