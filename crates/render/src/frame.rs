@@ -1,5 +1,6 @@
 //! The order of a frame, readable as a recipe.
 
+use encase::ShaderSize;
 use tyndall_scene::World;
 use tyndall_scene::description::Camera;
 
@@ -44,8 +45,8 @@ impl<'a> Frame<'a> {
     /// Moves the camera; the next rendering shows it.
     pub fn set_camera(&self, camera: &Camera) {
         let view = View::new(camera, self.resident.film, self.resident.environment);
-        let mut bytes = encase::StorageBuffer::new([0u8; 80]);
-        bytes.write(&view).expect("a view is 80 bytes");
+        let mut bytes = encase::StorageBuffer::new([0u8; View::SHADER_SIZE.get() as usize]);
+        bytes.write(&view).expect("the array has the view's size");
         self.graph.gpu().queue.write_buffer(&self.resident.view, 0, &bytes.into_inner());
     }
 
