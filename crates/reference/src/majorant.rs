@@ -113,7 +113,7 @@ mod test {
         let optics = Optics::Coefficients { sigma_s: one, sigma_a: one, emission: one, phase: Phase::Isotropic };
         for dims in [[1, 1, 1], [5, 3, 2], [17, 8, 9], [300, 2, 1]] {
             let voxels = (0..dims.iter().product()).map(|_: u32| rng.uniform() as f32).collect();
-            let grid = Grid { dims, voxels: Voxels::F32(voxels), world_from_index: Mat4::IDENTITY };
+            let grid = Grid::dense(dims, Voxels::F32(voxels), Mat4::IDENTITY);
             let field = Field::Grid(Arc::new(grid));
             let bounds = Bounds::new(&field, &optics);
             let mut seen = vec![[f32::INFINITY, f32::NEG_INFINITY]; bounds.ranges.len()];

@@ -46,7 +46,7 @@ pub fn grid(dims: [u32; 3], value: impl Fn(u32, u32, u32) -> f32) -> Field {
     let [x, y, z] = dims;
     let voxels = (0..z).flat_map(|k| (0..y).flat_map(move |j| (0..x).map(move |i| (i, j, k))));
     let voxels = Voxels::F32(voxels.map(|(i, j, k)| value(i, j, k)).collect());
-    Field::Grid(Arc::new(Grid { dims, voxels, world_from_index: Mat4::IDENTITY }))
+    Field::Grid(Arc::new(Grid::dense(dims, voxels, Mat4::IDENTITY)))
 }
 
 /// Voxels from 0 to 1 at random, a third of them empty.

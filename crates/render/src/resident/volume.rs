@@ -183,7 +183,7 @@ pub(super) struct Uploaded {
 
 /// Makes and fills the textures of checked volumes.
 pub(super) async fn upload(gpu: &Gpu, volumes: &[tyndall_scene::Volume]) -> Result<Uploaded, RenderError> {
-    let empty = Grid { dims: [1; 3], voxels: Voxels::F16(vec![f16::ZERO]), world_from_index: Mat4::IDENTITY };
+    let empty = Grid::dense([1; 3], Voxels::F16(vec![f16::ZERO]), Mat4::IDENTITY);
     let mut grids = Vec::new();
     for slot in 0..MAX_VOLUMES {
         let grid = match volumes.get(slot).map(|volume| &volume.field) {

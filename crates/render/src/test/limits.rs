@@ -39,7 +39,7 @@ fn a_grid_longer_than_a_texture() {
     let mut world: World = world(&scene(1));
     let dims = [longest + 1, 1, 1];
     let voxels = Voxels::F16(vec![f16::ZERO; dims[0] as usize]);
-    world.volumes[0].field = Field::Grid(Arc::new(Grid { dims, voxels, world_from_index: Mat4::IDENTITY }));
+    world.volumes[0].field = Field::Grid(Arc::new(Grid::dense(dims, voxels, Mat4::IDENTITY)));
     let message = limit(render(&gpu, &world));
     assert!(message.contains("media.m0") && message.contains("Resampled by a factor of 2"), "{message}");
 }

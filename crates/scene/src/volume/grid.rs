@@ -26,6 +26,11 @@ pub enum Voxels {
 }
 
 impl Grid {
+    /// A grid of `dims[0] * dims[1] * dims[2]` voxels, x fastest.
+    pub fn dense(dims: [u32; 3], voxels: Voxels, world_from_index: Mat4) -> Self {
+        Self { dims, voxels, world_from_index }
+    }
+
     /// Value of voxel (i, j, k), in the file's unit.
     ///
     /// # Panics

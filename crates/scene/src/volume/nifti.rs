@@ -39,7 +39,7 @@ pub fn read_nifti(bytes: &[u8], budget: Budget) -> Result<Grid, VolumeError> {
         return Err(VolumeError::Truncated { what: "the voxels", at: available });
     }
     let voxels = smallest(|| layout.fill(bytes, budget), || layout.fill(bytes, budget))?;
-    Ok(Grid { dims: layout.dims.map(|n| n as u32), voxels, world_from_index: layout.world_from_index })
+    Ok(Grid::dense(layout.dims.map(|n| n as u32), voxels, layout.world_from_index))
 }
 
 /// What the header says of the voxels.

@@ -88,7 +88,7 @@ pub fn apply(bytes: &mut [u8], damage: &[(bool, f64, Change)]) {
 #[test]
 fn x_is_fastest() {
     let values = (0..24u8).map(f16::from).collect();
-    let grid = Grid { dims: [2, 3, 4], voxels: Voxels::F16(values), world_from_index: glam::Mat4::IDENTITY };
+    let grid = Grid::dense([2, 3, 4], Voxels::F16(values), glam::Mat4::IDENTITY);
     assert_eq!(
         [grid.value(1, 0, 0), grid.value(0, 1, 0), grid.value(0, 0, 1), grid.value(1, 2, 3)],
         [1.0, 2.0, 6.0, 23.0]

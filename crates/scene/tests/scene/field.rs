@@ -21,7 +21,7 @@ fn linear(slope: Vec3, offset: f32) -> Grid {
             }
         }
     }
-    Grid { dims: DIMS, voxels: Voxels::F32(voxels), world_from_index: Mat4::IDENTITY }
+    Grid::dense(DIMS, Voxels::F32(voxels), Mat4::IDENTITY)
 }
 
 fn vector(range: std::ops::Range<f32>) -> impl Strategy<Value = Vec3> {

@@ -96,7 +96,7 @@ fn heterogeneous_equals_homogeneous() {
 
     let mut gridded: World = world(&scene(&one));
     let voxels = Voxels::F16(vec![f16::ONE; 64 * 64 * 64]);
-    let grid = Grid { dims: [64; 3], voxels, world_from_index: Mat4::IDENTITY };
+    let grid = Grid::dense([64; 3], voxels, Mat4::IDENTITY);
     gridded.volumes[0].field = Field::Grid(Arc::new(grid));
     assert_same(&picture(&gpu, &gridded), &homogeneous, tolerance::CONSTANT_GRID);
 

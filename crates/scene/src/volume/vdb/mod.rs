@@ -63,11 +63,8 @@ pub fn read_vdb(bytes: &[u8], grid: &str, budget: Budget) -> Result<Grid, Volume
     let survey = dense::survey(&tree)?;
     let voxels = smallest(|| survey.fill(&tree, budget), || survey.fill(&tree, budget))?;
     let origin = DMat4::from_translation(DVec3::from_array(survey.origin().map(|n| n as f64)));
-    Ok(Grid {
-        dims: survey.dims().map(|n| n as u32),
-        voxels,
-        world_from_index: invertible(world_from_file * origin, "transform")?,
-    })
+    let world_from_index = invertible(world_from_file * origin, "transform")?;
+    Ok(Grid::dense(survey.dims().map(|n| n as u32), voxels, world_from_index))
 }
 
 /// Names of all grids of a VDB file, in its order, also of those that [`read_vdb`] does not accept; where several share
