@@ -209,7 +209,7 @@ impl Loader<'_> {
         })?;
         // With its length, so that bytes cannot move from one asset to the next unseen.
         self.hasher.update(&(bytes.len() as u64).to_le_bytes()).update(&bytes);
-        self.left.0 = self.left.0.saturating_sub(grid.voxels.bytes());
+        self.left.0 = self.left.0.saturating_sub(grid.bytes());
         let grid = Arc::new(grid);
         self.grids.insert(key, grid.clone());
         Ok(grid)

@@ -10,6 +10,7 @@ use glam::{DMat3, DMat4, DQuat, DVec3, DVec4, Mat4};
 use nifti::{Endianness, NiftiHeader};
 
 use super::VolumeError;
+use super::bricks::Slices;
 use super::grid::{Budget, Filled, Grid, Sample, invertible, smallest};
 
 #[cfg(test)]
@@ -39,7 +40,7 @@ pub fn read_nifti(bytes: &[u8], budget: Budget) -> Result<Grid, VolumeError> {
         return Err(VolumeError::Truncated { what: "the voxels", at: available });
     }
     let voxels = smallest(|| layout.fill(bytes, budget), || layout.fill(bytes, budget))?;
-    Ok(Grid::dense(layout.dims.map(|n| n as u32), voxels, layout.world_from_index))
+    Ok(Grid::stored(layout.dims.map(|n| n as u32), voxels, layout.world_from_index))
 }
 
 /// What the header says of the voxels.
@@ -111,34 +112,33 @@ impl Layout {
     /// Errors: [`VolumeError::TooLarge`] before anything is allocated, [`VolumeError::NotFinite`], and those of a
     /// malformed stream.
     fn fill<T: Sample>(&self, bytes: &[u8], budget: Budget) -> Result<Filled<T>, VolumeError> {
-        let mut filled = Filled { voxels: budget.reserve::<T>(self.dims)?, exact: true };
+        let mut slices = Slices::<T>::new(self.dims, budget)?;
         let mut stream = Stream::open(bytes);
         stream.skip(self.start, "the header's extensions")?;
-        let count = self.dims.iter().product::<u64>() as usize;
+        let count = self.dims.iter().product::<u64>();
         let size = self.stored.size();
         let mut buffer = [0; 1 << 14];
-        while filled.voxels.len() < count {
-            let part = (count - filled.voxels.len()).min(buffer.len() / size);
+        while slices.taken < count {
+            let part = (count - slices.taken).min((buffer.len() / size) as u64) as usize;
             let part = &mut buffer[..part * size];
             stream.read(part, "the voxels")?;
             for stored in part.chunks_exact(size) {
                 let value = self.slope * self.stored.decode(stored, self.big_endian) + self.intercept;
                 if !(value as f32).is_finite() {
-                    let at = filled.voxels.len() as u64;
+                    let at = slices.taken;
                     let [nx, ny, _] = self.dims;
                     let index = [at % nx, at / nx % ny, at / (nx * ny)].map(|n| n as i64);
                     return Err(VolumeError::NotFinite { index, value });
                 }
                 let (voxel, exact) = T::store(value as f32);
-                filled.voxels.push(voxel);
                 if !exact {
-                    filled.exact = false;
-                    return Ok(filled);
+                    return Ok(Filled { bricks: slices.finish(), exact });
                 }
+                slices.push(voxel)?;
             }
         }
         stream.finish()?;
-        Ok(filled)
+        Ok(Filled { bricks: slices.finish(), exact: true })
     }
 }
 

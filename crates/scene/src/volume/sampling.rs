@@ -1,7 +1,9 @@
 //! Reading a grid between its voxels.
 
 use glam::{Mat4, UVec3, Vec3};
+use half::f16;
 
+use super::bricks::{BRICK_CELLS, BRICK_EDGE, BRICK_VOXELS};
 use super::{Grid, Voxels};
 
 impl Grid {
@@ -12,39 +14,34 @@ impl Grid {
     }
 
     /// Trilinear interpolation at a position in the unit cube, constant beyond the outermost voxel centres.
+    #[inline]
     pub fn trilinear(&self, unit: Vec3) -> f32 {
         let dims = UVec3::from(self.dims);
         let p = (unit * dims.as_vec3() - 0.5).clamp(Vec3::ZERO, dims.as_vec3() - 1.0);
-        let low = p.floor();
-        let t = p - low;
-        let a = low.as_uvec3();
-        let b = (a + 1).min(dims - 1);
-        let [nx, ny] = [self.dims[0] as usize, self.dims[1] as usize];
-        let rows = [
-            (a.z as usize * ny + a.y as usize) * nx,
-            (a.z as usize * ny + b.y as usize) * nx,
-            (b.z as usize * ny + a.y as usize) * nx,
-            (b.z as usize * ny + b.y as usize) * nx,
-        ];
-        let along_x = |row: usize| {
-            let (left, right) = match &self.voxels {
-                Voxels::F16(v) => (v[row + a.x as usize].to_f32(), v[row + b.x as usize].to_f32()),
-                Voxels::F32(v) => (v[row + a.x as usize], v[row + b.x as usize]),
-            };
-            left + t.x * (right - left)
+        // The cell between voxel centres; the last has its far face, too.
+        let cell = p.as_uvec3().min(dims.saturating_sub(UVec3::splat(2)));
+        let t = p - cell.as_vec3();
+        let counts = UVec3::from(self.brick_counts());
+        let place = cell / BRICK_CELLS;
+        let brick = self.bricks()[((place.z * counts.y + place.y) * counts.x + place.x) as usize];
+        if brick.is_uniform() {
+            return brick.low;
+        }
+        const EDGE: usize = BRICK_EDGE as usize;
+        let local = (cell % BRICK_CELLS).to_array().map(|n| n as usize);
+        let start = brick.slot as usize * BRICK_VOXELS + (local[2] * EDGE + local[1]) * EDGE + local[0];
+        let corners = match self.voxels() {
+            Voxels::F16(voxels) => corners(&voxels[start..]).map(f16::to_f32),
+            Voxels::F32(voxels) => corners(&voxels[start..]),
         };
-        let [x0, x1, x2, x3] = rows.map(along_x);
+        let [x0, x1, x2, x3] = [0, 2, 4, 6].map(|i| corners[i] + t.x * (corners[i + 1] - corners[i]));
         let (y0, y1) = (x0 + t.y * (x1 - x0), x2 + t.y * (x3 - x2));
-        y0 + t.z * (y1 - y0)
-    }
-}
+        return y0 + t.z * (y1 - y0);
 
-impl Voxels {
-    /// Size in memory [bytes].
-    pub fn bytes(&self) -> u64 {
-        match self {
-            Voxels::F16(values) => size_of_val(values.as_slice()) as u64,
-            Voxels::F32(values) => size_of_val(values.as_slice()) as u64,
+        /// The cell's corners, x fastest, of voxels from its first on.
+        fn corners<T: Copy>(voxels: &[T]) -> [T; 8] {
+            [0, 1, EDGE, EDGE + 1, EDGE * EDGE, EDGE * EDGE + 1, EDGE * EDGE + EDGE, EDGE * EDGE + EDGE + 1]
+                .map(|offset| voxels[offset])
         }
     }
 }

@@ -2,11 +2,13 @@
 
 use std::path::PathBuf;
 
+use glam::Mat4;
 use half::f16;
 use proptest::prelude::*;
 
-use super::grid::invertible;
-use super::{Budget, Grid, VolumeError, Voxels};
+use super::bricks::Bricks;
+use super::grid::{Stored, invertible};
+use super::{BRICK_VOXELS, Budget, Grid, VolumeError, Voxels};
 
 /// Room for every fixture, and for what a damaged one may grow into.
 pub const BUDGET: Budget = Budget(32 << 20);
@@ -26,14 +28,17 @@ pub fn data(name: &str) -> Option<Vec<u8>> {
 
 /// What holds of every grid that a loader gives.
 pub fn assert_valid(grid: &Grid, budget: Budget) {
-    let count = grid.dims.iter().map(|&n| u64::from(n)).product::<u64>();
-    let (length, size, finite) = match &grid.voxels {
-        Voxels::F16(v) => (v.len(), 2, v.iter().all(|v| v.is_finite())),
-        Voxels::F32(v) => (v.len(), 4, v.iter().all(|v| v.is_finite())),
+    let (length, finite) = match grid.voxels() {
+        Voxels::F16(v) => (v.len(), v.iter().all(|v| v.is_finite())),
+        Voxels::F32(v) => (v.len(), v.iter().all(|v| v.is_finite())),
     };
-    assert!(count >= 1 && count == length as u64, "{length} voxels in a grid of {:?}", grid.dims);
-    assert!(count * size <= budget.0, "{count} voxels of {size} bytes");
-    assert!(finite);
+    let counts = grid.brick_counts().map(|n| n as usize);
+    assert_eq!(grid.bricks().len(), counts.iter().product::<usize>(), "bricks of a grid of {:?}", grid.dims);
+    let slots = grid.bricks().iter().filter(|brick| !brick.is_uniform()).map(|brick| brick.slot as usize);
+    assert_eq!(slots.clone().count() * BRICK_VOXELS, length, "a slot a brick");
+    assert!(slots.max().is_none_or(|last| (last + 1) * BRICK_VOXELS == length), "no voxels without a brick");
+    assert!(grid.bytes() <= budget.0 + budget.0 / 8, "{} bytes", grid.bytes());
+    assert!(finite && grid.bricks().iter().all(|brick| brick.low.is_finite() && brick.high.is_finite()));
     assert!(grid.world_from_index.is_finite() && grid.world_from_index.inverse().is_finite());
 }
 
@@ -88,26 +93,64 @@ pub fn apply(bytes: &mut [u8], damage: &[(bool, f64, Change)]) {
 #[test]
 fn x_is_fastest() {
     let values = (0..24u8).map(f16::from).collect();
-    let grid = Grid::dense([2, 3, 4], Voxels::F16(values), glam::Mat4::IDENTITY);
+    let grid = Grid::dense([2, 3, 4], Voxels::F16(values), Mat4::IDENTITY);
     assert_eq!(
         [grid.value(1, 0, 0), grid.value(0, 1, 0), grid.value(0, 0, 1), grid.value(1, 2, 3)],
         [1.0, 2.0, 6.0, 23.0]
     );
 }
 
+/// Filling boxes of bricks, in any order, gives the same voxels as a dense array; and bricks of one value have no voxels.
+#[test]
+fn bricks_hold_what_is_filled() {
+    proptest!(ProptestConfig::with_cases(64), |(
+        dims in [1usize..28, 1usize..28, 1usize..28],
+        boxes in prop::collection::vec(([0.0..1.0, 0.0..1.0, 0.0..1.0], [0.0..1.0, 0.0..1.0, 0.0..1.0], 0u8..4), 0..8),
+    )| {
+        let mut dense = vec![f16::ONE; dims.iter().product()];
+        let mut bricks = Bricks::uniform(dims.map(|n| n as u64), f16::ONE, BUDGET).unwrap();
+        for (a, b, value) in boxes {
+            let at = |t: [f64; 3]| [0, 1, 2].map(|axis| (t[axis] * dims[axis] as f64) as usize);
+            let (a, b) = (at(a), at(b));
+            let (low, high) = ([0, 1, 2].map(|i| a[i].min(b[i])), [0, 1, 2].map(|i| a[i].max(b[i])));
+            bricks.fill(low, high, f16::from(value)).unwrap();
+            for z in low[2]..=high[2] {
+                for y in low[1]..=high[1] {
+                    let row = (z * dims[1] + y) * dims[0];
+                    dense[row + low[0]..=row + high[0]].fill(f16::from(value));
+                }
+            }
+        }
+        bricks.settle();
+        let sides = dims.map(|n| n as u32);
+        let filled = Grid::stored(sides, Stored::f16(bricks), Mat4::IDENTITY);
+        assert_valid(&filled, BUDGET);
+        let expected = Grid::dense(sides, Voxels::F16(dense.clone()), Mat4::IDENTITY);
+        for ([i, j, k], voxel) in indices(sides).zip(dense) {
+            prop_assert_eq!(filled.value(i, j, k), voxel.to_f32());
+            prop_assert_eq!(expected.value(i, j, k), voxel.to_f32());
+        }
+        let ranges = |grid: &Grid| grid.bricks().iter().map(|b| (b.low, b.high)).collect::<Vec<_>>();
+        prop_assert_eq!(ranges(&filled), ranges(&expected));
+    });
+}
+
 #[test]
 fn the_budget_is_exact() {
     let dims = [3, 5, 7];
-    assert!(Budget(210).reserve::<f16>(dims).is_ok());
-    let error = Budget(209).reserve::<f16>(dims).unwrap_err();
+    assert!(Budget(210).reserve::<f16>(dims, dims).is_ok());
+    let error = Budget(209).reserve::<f16>(dims, dims).unwrap_err();
     assert_eq!(error, VolumeError::TooLarge { dims, bytes: 210, budget: 209 });
     assert_eq!(error.to_string(), "a grid of 3 x 5 x 7 voxels needs 210 bytes; the budget is 209");
     // Sizes beyond 64 bits do not wrap.
     assert!(matches!(
-        Budget(u64::MAX).reserve::<f32>([1 << 33; 3]),
+        Budget(u64::MAX).reserve::<f32>([1 << 33; 3], [1 << 33; 3]),
         Err(VolumeError::TooLarge { bytes: u64::MAX, .. })
     ));
-    assert!(matches!(Budget(u64::MAX).reserve::<f32>([1 << 31, 1 << 30, 1]), Err(VolumeError::OutOfMemory { .. })));
+    assert!(matches!(
+        Budget(u64::MAX).reserve::<f32>([1 << 31, 1 << 30, 1], [1 << 31, 1 << 30, 1]),
+        Err(VolumeError::OutOfMemory { .. })
+    ));
 }
 
 #[test]

@@ -11,8 +11,12 @@ use tyndall_scene::volume::{Grid, Voxels};
 
 const DIMS: [u32; 3] = [5, 3, 4];
 
-/// A grid of a linear function of the index.
-fn linear(slope: Vec3, offset: f32) -> Grid {
+fn grid(voxels: Voxels) -> Grid {
+    Grid::dense(DIMS, voxels, Mat4::IDENTITY)
+}
+
+/// Voxels of a linear function of the index.
+fn linear(slope: Vec3, offset: f32) -> Vec<f32> {
     let mut voxels = Vec::new();
     for k in 0..DIMS[2] {
         for j in 0..DIMS[1] {
@@ -21,7 +25,7 @@ fn linear(slope: Vec3, offset: f32) -> Grid {
             }
         }
     }
-    Grid::dense(DIMS, Voxels::F32(voxels), Mat4::IDENTITY)
+    voxels
 }
 
 fn vector(range: std::ops::Range<f32>) -> impl Strategy<Value = Vec3> {
@@ -32,24 +36,22 @@ proptest! {
     /// A trilinear interpolant reproduces a linear function between voxel centres and is constant beyond the outermost.
     #[test]
     fn a_linear_grid(slope in vector(-2.0..2.0), offset in -2.0f32..2.0, unit in vector(0.0..1.0)) {
-        let grid = linear(slope, offset);
+        let voxels = linear(slope, offset);
         let dims = Vec3::new(5.0, 3.0, 4.0);
         let index = (unit * dims - 0.5).clamp(Vec3::ZERO, dims - 1.0);
         let expected = slope.dot(index) + offset;
-        let value = Field::Grid(Arc::new(grid.clone())).value(unit);
+        let value = Field::Grid(Arc::new(grid(Voxels::F32(voxels.clone())))).value(unit);
         prop_assert!((value - expected).abs() < 2e-5, "{value} and {expected}");
         // The same voxels in half precision, where they are exactly representable.
-        let Voxels::F32(singles) = &grid.voxels else { unreachable!() };
-        let rounded: Vec<_> = singles.iter().map(|v| half::f16::from_f32(*v)).collect();
-        let singles = Voxels::F32(rounded.iter().map(|v| v.to_f32()).collect());
-        let halves = Grid { voxels: Voxels::F16(rounded), ..grid.clone() };
-        prop_assert_eq!(halves.trilinear(unit), Grid { voxels: singles, ..grid }.trilinear(unit));
+        let halves: Vec<_> = voxels.iter().map(|v| half::f16::from_f32(*v)).collect();
+        let singles = halves.iter().map(|v| v.to_f32()).collect();
+        prop_assert_eq!(grid(Voxels::F16(halves)).trilinear(unit), grid(Voxels::F32(singles)).trilinear(unit));
     }
 
     #[test]
     fn nothing_outside(unit in vector(-1.0..2.0)) {
         let outside = unit.min_element() < 0.0 || unit.max_element() > 1.0;
-        for field in [Field::Homogeneous, Field::Exponential { base: 0.2, scale: 0.5 }, Field::Grid(Arc::new(linear(Vec3::ONE, 1.0)))] {
+        for field in [Field::Homogeneous, Field::Exponential { base: 0.2, scale: 0.5 }, Field::Grid(Arc::new(grid(Voxels::F32(linear(Vec3::ONE, 1.0)))))] {
             prop_assert_eq!(field.value(unit) == 0.0, outside);
         }
     }

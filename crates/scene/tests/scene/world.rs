@@ -72,13 +72,13 @@ fn media_share_a_grid_and_the_budget() {
     assert_eq!(world.volumes.iter().map(|v| v.name.as_str()).collect::<Vec<_>>(), ["other", "plume"]);
 
     // Exactly enough for one grid is enough for two media of it, but not for a second grid.
-    let bytes = a.voxels.bytes();
+    let bytes = a.bytes();
     let smoke = Embedded(vec![("smoke.vdb", SMOKE)]);
     World::load(twice, &smoke, Budget(bytes)).unwrap();
     let fire = scene(1);
     let world = World::load(fire.clone(), &smoke, ENOUGH).unwrap();
     let all = world.volumes.iter().map(|volume| match &volume.field {
-        Field::Grid(grid) => grid.voxels.bytes(),
+        Field::Grid(grid) => grid.bytes(),
         _ => 0,
     });
     let all: u64 = all.sum();

@@ -1,10 +1,10 @@
-//! Reads one scalar grid of an OpenVDB file into a dense grid.
+//! Reads one scalar grid of an OpenVDB file.
 //!
 //! Source of the format: OpenVDB, io/Archive.cc, io/GridDescriptor.cc, MetaMap.cc (file versions 220 to 225).
 
 mod blosc;
 mod cursor;
-mod dense;
+mod fill;
 #[cfg(test)]
 mod tests;
 mod transform;
@@ -60,11 +60,11 @@ pub fn read_vdb(bytes: &[u8], grid: &str, budget: Budget) -> Result<Grid, Volume
     let half = read_metadata(&mut cursor)?;
     let world_from_file = transform::read(&mut cursor)?;
     let tree = Tree::new(cursor, Encoding::new(compression, half, archive.version >= NODE_CODES)?)?;
-    let survey = dense::survey(&tree)?;
-    let voxels = smallest(|| survey.fill(&tree, budget), || survey.fill(&tree, budget))?;
+    let survey = fill::survey(&tree)?;
+    let stored = smallest(|| survey.fill(&tree, budget), || survey.fill(&tree, budget))?;
     let origin = DMat4::from_translation(DVec3::from_array(survey.origin().map(|n| n as f64)));
     let world_from_index = invertible(world_from_file * origin, "transform")?;
-    Ok(Grid::dense(survey.dims().map(|n| n as u32), voxels, world_from_index))
+    Ok(Grid::stored(survey.dims().map(|n| n as u32), stored, world_from_index))
 }
 
 /// Names of all grids of a VDB file, in its order, also of those that [`read_vdb`] does not accept; where several share

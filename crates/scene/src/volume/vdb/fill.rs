@@ -1,9 +1,10 @@
-//! From the tree of a VDB grid to a dense array: first its extent, then its values.
+//! From the tree of a VDB grid to bricks: first its extent, then its values.
 
 use super::cursor::Cursor;
 use super::tree::{LeafMask, Tree, Visit};
 use super::values::{ValueReader, is_on};
 use crate::volume::VolumeError;
+use crate::volume::bricks::Bricks;
 use crate::volume::grid::{Budget, Filled, Sample};
 
 /// The active voxels' extent, and where the values of leaves begin.
@@ -36,20 +37,18 @@ impl Survey<'_> {
     /// Errors: [`VolumeError::TooLarge`] before anything is allocated, [`VolumeError::NotFinite`], and those of a
     /// malformed file.
     pub fn fill<T: Sample>(&self, tree: &Tree, budget: Budget) -> Result<Filled<T>, VolumeError> {
-        let dims = self.dims();
-        let mut voxels = budget.reserve(dims)?;
         let (background, exact) = T::store(finite(tree.background, self.origin())?);
-        voxels.resize(dims.iter().product::<u64>() as usize, background);
+        let bricks = Bricks::uniform(self.dims(), background, budget)?;
         let mut fill = Fill {
             tree,
-            filled: Filled { voxels, exact },
-            dims: dims.map(|n| n as usize),
+            filled: Filled { bricks, exact },
             origin: self.origin(),
             active: self.active.unwrap_or(([0; 3], [-1; 3])),
             leaves: self.leaves.clone(),
             reader: tree.values(),
         };
         tree.walk(&mut fill)?;
+        fill.filled.bricks.settle();
         Ok(fill.filled)
     }
 }
@@ -92,7 +91,6 @@ fn leaf_voxel(origin: [i64; 3], i: usize) -> [i64; 3] {
 struct Fill<'t, 'a, T> {
     tree: &'t Tree<'a>,
     filled: Filled<T>,
-    dims: [usize; 3],
     origin: [i64; 3],
     active: ([i64; 3], [i64; 3]),
     leaves: Cursor<'a>,
@@ -100,10 +98,9 @@ struct Fill<'t, 'a, T> {
 }
 
 impl<T: Sample> Fill<'_, '_, T> {
-    /// Place of a voxel of the result in memory.
-    fn place(&self, index: [i64; 3]) -> usize {
-        let [x, y, z] = [0, 1, 2].map(|axis| (index[axis] - self.origin[axis]) as usize);
-        x + self.dims[0] * (y + self.dims[1] * z)
+    /// A voxel's place in the result.
+    fn place(&self, index: [i64; 3]) -> [usize; 3] {
+        [0, 1, 2].map(|axis| (index[axis] - self.origin[axis]) as usize)
     }
 
     fn store(&mut self, value: f32) -> T {
@@ -123,13 +120,8 @@ impl<T: Sample> Visit for Fill<'_, '_, T> {
         }
         let value = finite(value, low)?;
         let stored = self.store(value);
-        for z in low[2]..=high[2] {
-            for y in low[1]..=high[1] {
-                let row = self.place([low[0], y, z])..=self.place([high[0], y, z]);
-                self.filled.voxels[row].fill(stored);
-            }
-        }
-        Ok(())
+        let (low, high) = (self.place(low), self.place(high));
+        self.filled.bricks.fill(low, high, stored)
     }
 
     fn leaf(&mut self, origin: [i64; 3], active: &LeafMask) -> Result<(), VolumeError> {
@@ -144,7 +136,7 @@ impl<T: Sample> Visit for Fill<'_, '_, T> {
             if (0..3).all(|axis| (self.active.0[axis]..=self.active.1[axis]).contains(&voxel[axis])) {
                 let stored = self.store(finite(value, voxel)?);
                 let place = self.place(voxel);
-                self.filled.voxels[place] = stored;
+                self.filled.bricks.fill(place, place, stored)?;
             }
         }
         Ok(())
