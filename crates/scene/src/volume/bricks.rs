@@ -4,7 +4,7 @@
 //! two bricks are in both, and no interpolation needs a second brick. A brick whose voxels are all alike is one number.
 
 use super::VolumeError;
-use super::grid::{Budget, Sample};
+use super::grid::{Budget, Filled, Sample};
 
 /// Trilinear cells along an edge of a brick.
 pub const BRICK_CELLS: u32 = 8;
@@ -193,31 +193,44 @@ fn range<T: Sample>(values: &[T]) -> [f32; 2] {
     values.iter().fold([f32::INFINITY, f32::NEG_INFINITY], ends)
 }
 
-/// Slices of voxels as they come, x fastest, made into bricks layer by layer.
+/// Voxels as they come, x fastest, made into bricks layer by layer.
 pub(super) struct Slices<T> {
-    bricks: Bricks<T>,
+    filled: Filled<T>,
     window: Vec<T>,
-    /// Voxels taken so far.
-    pub taken: u64,
+    taken: u64,
 }
 
 impl<T: Sample> Slices<T> {
     /// Room for a layer of bricks.
     pub fn new(dims: [u64; 3], budget: Budget) -> Result<Self, VolumeError> {
-        let bricks = Bricks::new(dims, budget)?;
+        let filled = Filled { bricks: Bricks::new(dims, budget)?, exact: true };
         let window = budget.reserve(dims, [dims[0], dims[1], dims[2].min(BRICK_EDGE.into())])?;
-        Ok(Self { bricks, window, taken: 0 })
+        Ok(Self { filled, window, taken: 0 })
+    }
+
+    /// Takes the value of the next voxel. Once one is not exact, all others are ignored.
+    ///
+    /// Errors: [`VolumeError::NotFinite`], and a lack of memory.
+    pub fn push_value(&mut self, value: f64) -> Result<(), VolumeError> {
+        if !(value as f32).is_finite() {
+            let [nx, ny, _] = self.filled.bricks.dims.map(|n| n as u64);
+            let index = [self.taken % nx, self.taken / nx % ny, self.taken / (nx * ny)].map(|n| n as i64);
+            return Err(VolumeError::NotFinite { index, value });
+        }
+        let (voxel, exact) = T::store(value as f32);
+        self.filled.exact &= exact;
+        if self.filled.exact { self.push(voxel) } else { Ok(()) }
     }
 
     /// Takes the next voxel.
-    pub fn push(&mut self, value: T) -> Result<(), VolumeError> {
-        self.window.push(value);
+    pub fn push(&mut self, voxel: T) -> Result<(), VolumeError> {
+        self.window.push(voxel);
         self.taken += 1;
-        let [nx, ny, nz] = self.bricks.dims;
+        let [nx, ny, nz] = self.filled.bricks.dims;
         let last = self.taken == (nx * ny * nz) as u64;
         // A grid of one slice, too, has a layer of bricks.
         if last || self.window.len() == nx * ny * EDGE {
-            self.bricks.push_layer(&self.window)?;
+            self.filled.bricks.push_layer(&self.window)?;
             // The slice between two layers is in both.
             let kept = self.window.len() - nx * ny;
             self.window.copy_within(kept.., 0);
@@ -226,8 +239,13 @@ impl<T: Sample> Slices<T> {
         Ok(())
     }
 
+    /// Whether every value was exact so far.
+    pub fn exact(&self) -> bool {
+        self.filled.exact
+    }
+
     /// The bricks, once all voxels were taken.
-    pub fn finish(self) -> Bricks<T> {
-        self.bricks
+    pub fn finish(self) -> Filled<T> {
+        self.filled
     }
 }

@@ -38,19 +38,19 @@ impl Grid {
             for &voxel in voxels {
                 slices.push(voxel).expect("the machine has as much memory again");
             }
-            slices.finish()
+            slices.finish().bricks
         }
         let count = dims.iter().map(|&n| n as usize).product::<usize>();
-        let stored = match &voxels {
-            Voxels::F16(values) if values.len() == count => Stored::f16(split(dims, values)),
-            Voxels::F32(values) if values.len() == count => Stored::f32(split(dims, values)),
+        let bricked = match &voxels {
+            Voxels::F16(values) if values.len() == count => Bricked::f16(split(dims, values)),
+            Voxels::F32(values) if values.len() == count => Bricked::f32(split(dims, values)),
             _ => panic!("a grid of {dims:?} has {count} voxels"),
         };
-        Self::stored(dims, stored, world_from_index)
+        Self::bricked(dims, bricked, world_from_index)
     }
 
     /// A grid of a loader's bricks.
-    pub(super) fn stored(dims: [u32; 3], Stored { bricks, voxels }: Stored, world_from_index: Mat4) -> Self {
+    pub(super) fn bricked(dims: [u32; 3], Bricked { bricks, voxels }: Bricked, world_from_index: Mat4) -> Self {
         Self { dims, world_from_index, bricks, voxels }
     }
 
@@ -173,12 +173,12 @@ pub(super) struct Filled<T> {
 }
 
 /// Bricks with their voxels, of whatever type.
-pub(super) struct Stored {
+pub(super) struct Bricked {
     bricks: Vec<Brick>,
     voxels: Voxels,
 }
 
-impl Stored {
+impl Bricked {
     pub fn f16(bricks: Bricks<f16>) -> Self {
         Self { bricks: bricks.index, voxels: Voxels::F16(bricks.voxels) }
     }
@@ -193,13 +193,13 @@ impl Stored {
 pub(super) fn smallest(
     f16s: impl FnOnce() -> Result<Filled<f16>, VolumeError>,
     f32s: impl FnOnce() -> Result<Filled<f32>, VolumeError>,
-) -> Result<Stored, VolumeError> {
+) -> Result<Bricked, VolumeError> {
     let attempt = f16s()?;
     if attempt.exact {
-        return Ok(Stored::f16(attempt.bricks));
+        return Ok(Bricked::f16(attempt.bricks));
     }
     drop(attempt);
-    Ok(Stored::f32(f32s()?.bricks))
+    Ok(Bricked::f32(f32s()?.bricks))
 }
 
 /// `matrix` in single precision.

@@ -4,6 +4,7 @@
 //! a browser. What a file says of its own size is checked against the budget and against the bytes at hand before
 //! anything is allocated; a malformed file gives a [`VolumeError`], never a panic.
 
+mod array;
 mod bricks;
 mod error;
 mod grid;

@@ -7,7 +7,7 @@ use half::f16;
 use proptest::prelude::*;
 
 use super::bricks::Bricks;
-use super::grid::{Stored, invertible};
+use super::grid::{Bricked, invertible};
 use super::{BRICK_VOXELS, Budget, Grid, VolumeError, Voxels};
 
 /// Room for every fixture, and for what a damaged one may grow into.
@@ -123,7 +123,7 @@ fn bricks_hold_what_is_filled() {
         }
         bricks.settle();
         let sides = dims.map(|n| n as u32);
-        let filled = Grid::stored(sides, Stored::f16(bricks), Mat4::IDENTITY);
+        let filled = Grid::bricked(sides, Bricked::f16(bricks), Mat4::IDENTITY);
         assert_valid(&filled, BUDGET);
         let expected = Grid::dense(sides, Voxels::F16(dense.clone()), Mat4::IDENTITY);
         for ([i, j, k], voxel) in indices(sides).zip(dense) {

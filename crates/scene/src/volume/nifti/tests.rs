@@ -67,7 +67,7 @@ macro_rules! number {
         }
     )*};
 }
-number!(u8 i8 u16 i16 u32 i32 f32 f64);
+number!(u8 i8 u16 i16 u32 i32 u64 i64 f32 f64);
 
 fn gzip(bytes: &[u8]) -> Vec<u8> {
     let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
@@ -97,6 +97,8 @@ fn every_datatype_in_both_byte_orders() {
         check(4, &|f| f.push((0..12).map(|n| -1024 + n as i16)), -1024.0, 1.0, true);
         check(768, &|f| f.push((0..12).map(|n| 4_000_000_000 + n as u32)), 4e9, 1.0, false);
         check(8, &|f| f.push((0..12).map(|n| -70_000 + n)), -70_000.0, 1.0, false);
+        check(1280, &|f| f.push((0..12).map(|n| (1u64 << 63) + (n << 40))), 2f64.powi(63), 2f64.powi(40), false);
+        check(1024, &|f| f.push((0..12i64).map(|n| -5_000_000_000 + n)), -5e9, 1.0, false);
         check(16, &|f| f.push((0..12).map(|n| 0.5 + 0.25 * n as f32)), 0.5, 0.25, true);
         check(64, &|f| f.push((0..12).map(|n| 0.1 + 0.1 * n as f64)), 0.1, 0.1, false);
     }
@@ -224,11 +226,11 @@ fn survive(bytes: &[u8]) {
 }
 
 fn sound() -> impl Strategy<Value = Vec<u8>> {
-    (prop::sample::select(vec![2i16, 256, 512, 4, 768, 8, 16, 64]), any::<(bool, bool)>()).prop_map(
+    (prop::sample::select(vec![2i16, 256, 512, 4, 768, 8, 1280, 1024, 16, 64]), any::<(bool, bool)>()).prop_map(
         |(datatype, (big, zip))| {
             let mut file = File::new(datatype, &[5, 4, 3], big);
             file.rows([[-1.0, 0.0, 0.0, 90.0], [0.0, 1.0, 0.0, -126.0], [0.0, 0.0, 1.0, -72.0]]).set(112, 1f32);
-            let size = Stored::new(datatype).unwrap().size();
+            let size = stored(datatype).unwrap().size();
             file.push((0..60 * size).map(|n| (n * n) as u8 & 0x3f));
             if zip { gzip(&file.bytes) } else { file.bytes }
         },

@@ -61,10 +61,10 @@ pub fn read_vdb(bytes: &[u8], grid: &str, budget: Budget) -> Result<Grid, Volume
     let world_from_file = transform::read(&mut cursor)?;
     let tree = Tree::new(cursor, Encoding::new(compression, half, archive.version >= NODE_CODES)?)?;
     let survey = fill::survey(&tree)?;
-    let stored = smallest(|| survey.fill(&tree, budget), || survey.fill(&tree, budget))?;
+    let bricked = smallest(|| survey.fill(&tree, budget), || survey.fill(&tree, budget))?;
     let origin = DMat4::from_translation(DVec3::from_array(survey.origin().map(|n| n as f64)));
     let world_from_index = invertible(world_from_file * origin, "transform")?;
-    Ok(Grid::stored(survey.dims().map(|n| n as u32), stored, world_from_index))
+    Ok(Grid::bricked(survey.dims().map(|n| n as u32), bricked, world_from_index))
 }
 
 /// Names of all grids of a VDB file, in its order, also of those that [`read_vdb`] does not accept; where several share
