@@ -17,7 +17,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         let module = format!("package::{}", name.replace('/', "::")).parse()?;
         let target = out.join(&relative).with_extension("wgsl");
         fs::create_dir_all(target.parent().ok_or("a shader has no folder")?)?;
-        let linked = wesl::Wesl::new("src").compile(&module).map_err(|error| format!("{name}: {error}"))?;
+        // Names stay as they are written: passes bind by them.
+        let linked = wesl::Wesl::new("src")
+            .set_mangler(wesl::ManglerKind::None)
+            .compile(&module)
+            .map_err(|error| format!("{name}: {error}"))?;
         linked.write_to_file(&target)?;
         list += &format!("    crate::graph::shader!({name:?}),\n");
     }

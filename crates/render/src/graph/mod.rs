@@ -14,6 +14,7 @@ pub use shader::{BindingKind, Reflected, Reflection, Shader};
 
 use encase::ShaderSize;
 
+use crate::resident::Resident;
 use crate::{Gpu, RenderError};
 
 /// A rectangle of the film, in pixels, and which of a pass's rounds over it a dispatch is.
@@ -110,6 +111,21 @@ impl ComputePass<'_, '_> {
     pub fn read<'r>(mut self, name: &'static str, resource: impl Into<Resource<'r>>) -> Self {
         self.bindings.read(name, resource.into());
         self
+    }
+
+    /// The media, and what a shader that imports `resident/volume.wesl` is specialised for.
+    pub fn volumes(mut self, resident: &Resident) -> Self {
+        let traits = &resident.traits;
+        self = self
+            .constant("VOLUMES", traits.count)
+            .constant("GRIDS", traits.grids)
+            .constant("EXPONENTIALS", traits.exponentials)
+            .constant("TRANSFERS", traits.transfers);
+        self.read("volumes", &resident.volumes)
+            .read("bricks", &resident.bricks)
+            .read("atlas", &resident.atlas)
+            .read("transfers", &resident.transfers)
+            .read("linear", &resident.linear)
     }
 
     /// A buffer or texture that the pass writes.

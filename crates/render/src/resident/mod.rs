@@ -1,5 +1,6 @@
 //! A world as the GPU holds it: textures and buffers that techniques read.
 
+mod atlas;
 mod light;
 mod view;
 mod volume;
@@ -8,7 +9,10 @@ use tyndall_scene::World;
 
 pub use light::Light;
 pub use view::View;
-pub use volume::{MAX_VOLUMES, Volume, VolumeArray};
+pub use volume::{Brick, MAX_VOLUMES, Volume};
+
+use atlas::Atlas;
+use volume::VolumeArray;
 
 use crate::{Gpu, RenderError};
 
@@ -17,10 +21,12 @@ use crate::{Gpu, RenderError};
 pub struct Resident {
     /// The camera and the film, as a buffer.
     pub view: wgpu::Buffer,
-    /// [`VolumeArray`], as a buffer.
+    /// [`MAX_VOLUMES`] of [`Volume`], as a buffer.
     pub volumes: wgpu::Buffer,
-    /// A 3D texture a volume; volumes without voxels, and places without a volume, have a texture of one voxel.
-    pub grids: Vec<wgpu::Texture>,
+    /// The [`Brick`]s of all volumes, as a buffer.
+    pub bricks: wgpu::Buffer,
+    /// The voxels of all bricks, a 3D texture.
+    pub atlas: wgpu::Texture,
     /// Transfer functions, a row a volume: colour (radiance of an opaque body) and extinction [m⁻¹].
     pub transfers: wgpu::Texture,
     /// Trilinear, clamped to the edge.
@@ -52,15 +58,17 @@ impl Resident {
                 advice: "Render a smaller picture.".into(),
             });
         }
-        volume::check(gpu, &world.volumes)?;
+        volume::check(&world.volumes)?;
         let (lights, environment) = light::encode(&world.scene.lights);
         let view = View::new(&world.scene.camera, film, environment);
-        let uploaded = volume::upload(gpu, &world.volumes).await?;
+        let atlas = Atlas::new(gpu, &world.volumes).await?;
+        let (volumes, bricks) = VolumeArray::new(&world.volumes, &atlas);
         Ok(Self {
             view: gpu.buffer("view", &view),
-            volumes: gpu.buffer("volumes", &VolumeArray::new(&world.volumes)),
-            grids: uploaded.grids,
-            transfers: uploaded.transfers,
+            volumes: gpu.buffer("volumes", &volumes),
+            bricks: gpu.buffer("bricks", &bricks),
+            atlas: atlas.texture,
+            transfers: volume::transfers(gpu, &world.volumes).await?,
             linear: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("linear"),
                 mag_filter: wgpu::FilterMode::Linear,

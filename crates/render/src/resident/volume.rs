@@ -1,24 +1,19 @@
-//! Volumes on the device: limits, textures, parameters.
+//! Media on the device: their parameters, bricks, and transfer functions.
 
-use std::borrow::Cow;
-
-use glam::{Mat4, Vec2, Vec3};
-use half::f16;
+use glam::{Mat4, UVec3, Vec2, Vec3, Vec4};
 use tyndall_scene::Field;
 use tyndall_scene::description::{Optics, Transfer};
-use tyndall_scene::volume::{Grid, Voxels};
+use tyndall_scene::volume::BRICK_CELLS;
 
+use super::atlas::{Atlas, UNIFORM};
 use crate::math::phase;
 use crate::{Gpu, RenderError};
 
-/// How many volumes a scene may have: WebGPU's default limits allow 16 textures in a shader, and other passes need some.
+/// How many volumes a scene may have.
 pub const MAX_VOLUMES: usize = 8;
 
-/// Entries of a transfer function's table; between them colour and extinction are linear.
-const TRANSFER_ENTRIES: u32 = 4096;
-
-/// How much is uploaded at a time [bytes], so that staging memory stays small beside the volume.
-const UPLOAD: u64 = 32 << 20;
+/// Entries of a transfer function's table; a value takes the nearest one.
+pub(super) const TRANSFER_ENTRIES: u32 = 4096;
 
 /// A volume as shaders see it (`volume.wesl`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, encase::ShaderType)]
@@ -31,18 +26,41 @@ pub struct Volume {
     pub phase: u32,
     /// Absorption coefficient [m⁻¹ per unit density]; 1 with a transfer function, whose density is the extinction.
     pub sigma_a: Vec3,
-    /// Mean cosine of the phase function.
-    pub g: f32,
-    /// Emitted radiance per length [W·sr⁻¹·m⁻³ per unit density].
-    pub emission: Vec3,
     /// 0 homogeneous, 1 exponential, 2 voxels.
     pub field: u32,
-    /// An exponential field's base and scale, in unit-cube heights.
-    pub exponential: Vec2,
+    /// Emitted radiance per length [W·sr⁻¹·m⁻³ per unit density].
+    pub emission: Vec3,
     /// The shortest edge of a voxel [m], or of a 64th of a volume without voxels.
     pub voxel: f32,
+    /// The phase function's parameters, as [`phase::encode`] orders them.
+    pub phase_parameters: Vec4,
+    /// An exponential field's base and scale, in unit-cube heights.
+    pub exponential: Vec2,
     /// A transfer function's first value and its table entries per value; (0, 0) without one.
     pub transfer: Vec2,
+    /// Bricks along x, y, z.
+    pub bricks: UVec3,
+    /// The number of the first.
+    pub first_brick: u32,
+    /// A position in bricks is `unit * brick_scale + brick_offset`.
+    pub brick_scale: Vec3,
+    /// See `brick_scale`.
+    pub brick_offset: Vec3,
+    /// The outermost voxel centres, in bricks.
+    pub brick_limit: Vec3,
+}
+
+/// A brick as shaders see it (`volume.wesl`).
+#[derive(Clone, Copy, Debug, PartialEq, encase::ShaderType)]
+pub struct Brick {
+    /// Its place in the atlas, 8 bits an axis, or [`UNIFORM`].
+    pub place: u32,
+    /// The highest density, or extinction of a transfer function, in it.
+    pub majorant: f32,
+    /// The lowest value in it.
+    pub low: f32,
+    /// The highest value in it.
+    pub high: f32,
 }
 
 /// The buffer `volumes`.
@@ -51,41 +69,82 @@ pub struct VolumeArray {
     volumes: [Volume; MAX_VOLUMES],
 }
 
+/// The buffer `bricks`.
+#[derive(Debug, encase::ShaderType)]
+pub struct BrickArray {
+    #[shader(size(runtime))]
+    bricks: Vec<Brick>,
+}
+
 impl VolumeArray {
-    /// The parameters of at most [`MAX_VOLUMES`] volumes.
-    pub fn new(volumes: &[tyndall_scene::Volume]) -> Self {
+    /// The parameters of at most [`MAX_VOLUMES`] volumes, and their bricks, which lie in this atlas.
+    pub fn new(volumes: &[tyndall_scene::Volume], atlas: &Atlas) -> (Self, BrickArray) {
         let mut array = [Volume::default(); MAX_VOLUMES];
+        let mut bricks = Vec::new();
         for (slot, volume) in array.iter_mut().zip(volumes) {
             *slot = encode(volume);
+            if let Field::Grid(grid) = &volume.field {
+                slot.first_brick = bricks.len() as u32;
+                let most = |low, high| highest(&volume.optics, low, high);
+                let encoded = grid.bricks().iter().map(|brick| Brick {
+                    place: if brick.is_uniform() { UNIFORM } else { atlas.place(grid, brick.slot) },
+                    majorant: most(brick.low, brick.high),
+                    low: brick.low,
+                    high: brick.high,
+                });
+                bricks.extend(encoded);
+            }
         }
-        Self { volumes: array }
+        if bricks.is_empty() {
+            bricks.push(Brick { place: UNIFORM, majorant: 0.0, low: 0.0, high: 0.0 });
+        }
+        (Self { volumes: array }, BrickArray { bricks })
     }
+}
+
+/// The highest density, or extinction of a transfer function as shaders look it up, where values lie between two.
+fn highest(optics: &Optics, low: f32, high: f32) -> f32 {
+    let Optics::Transfer(transfer) = optics else { return high.max(0.0) };
+    let (first, last) = domain(transfer);
+    let entry = (last - first) / (TRANSFER_ENTRIES - 1) as f32;
+    let (low, high) = (low - entry, high + entry);
+    let within = transfer.stops.iter().map(|stop| stop.value).filter(|value| (low..=high).contains(value));
+    within.chain([low, high]).map(|value| optics.at(value).sigma_a.x).fold(0.0, f32::max)
 }
 
 fn encode(volume: &tyndall_scene::Volume) -> Volume {
     let (phase, g) = phase::encode(volume.optics.phase());
-    let (field, exponential) = match volume.field {
-        Field::Homogeneous => (0, Vec2::ZERO),
-        Field::Exponential { base, scale } => (1, Vec2::new(base, scale)),
-        Field::Grid(_) => (2, Vec2::ZERO),
-    };
-    let common = Volume {
+    let mut encoded = Volume {
         unit_from_world: volume.unit_from_world,
         phase,
-        g,
-        field,
-        exponential,
+        phase_parameters: Vec4::new(g, 0.0, 0.0, 0.0),
         voxel: voxel(volume),
         ..Default::default()
     };
+    match &volume.field {
+        Field::Homogeneous => encoded.field = 0,
+        Field::Exponential { base, scale } => {
+            encoded.field = 1;
+            encoded.exponential = Vec2::new(*base, *scale);
+        }
+        Field::Grid(grid) => {
+            encoded.field = 2;
+            let dims = UVec3::from(grid.dims).as_vec3();
+            let cells = BRICK_CELLS as f32;
+            encoded.bricks = UVec3::from(grid.brick_counts());
+            encoded.brick_scale = dims / cells;
+            encoded.brick_offset = Vec3::splat(-0.5 / cells);
+            encoded.brick_limit = (dims - 1.0) / cells;
+        }
+    }
     match &volume.optics {
         Optics::Coefficients { sigma_s, sigma_a, emission, .. } => {
-            Volume { sigma_s: *sigma_s, sigma_a: *sigma_a, emission: *emission, ..common }
+            Volume { sigma_s: *sigma_s, sigma_a: *sigma_a, emission: *emission, ..encoded }
         }
         Optics::Transfer(transfer) => {
             let (low, high) = domain(transfer);
             let per_value = (TRANSFER_ENTRIES - 1) as f32 / (high - low);
-            Volume { sigma_a: Vec3::ONE, transfer: Vec2::new(low, per_value), ..common }
+            Volume { sigma_a: Vec3::ONE, transfer: Vec2::new(low, per_value), ..encoded }
         }
     }
 }
@@ -134,7 +193,7 @@ fn voxel(volume: &tyndall_scene::Volume) -> f32 {
     let m = volume.world_from_unit;
     let edges = Vec3::from([m.x_axis, m.y_axis, m.z_axis].map(|axis| axis.truncate().length()));
     let divisions = match &volume.field {
-        Field::Grid(grid) => glam::UVec3::from(grid.dims).as_vec3(),
+        Field::Grid(grid) => UVec3::from(grid.dims).as_vec3(),
         _ => Vec3::splat(64.0),
     };
     (edges / divisions).min_element()
@@ -149,7 +208,7 @@ fn diagonal(volume: &tyndall_scene::Volume) -> f32 {
 }
 
 /// Holds the volumes against the device's limits, before anything is allocated.
-pub(super) fn check(gpu: &Gpu, volumes: &[tyndall_scene::Volume]) -> Result<(), RenderError> {
+pub(super) fn check(volumes: &[tyndall_scene::Volume]) -> Result<(), RenderError> {
     if volumes.len() > MAX_VOLUMES {
         return Err(RenderError::Limit {
             what: "media".into(),
@@ -158,51 +217,41 @@ pub(super) fn check(gpu: &Gpu, volumes: &[tyndall_scene::Volume]) -> Result<(), 
             advice: "Merge media, or render them in groups.".into(),
         });
     }
-    let limit = gpu.device.limits().max_texture_dimension_3d;
-    for volume in volumes {
-        let Field::Grid(grid) = &volume.field else { continue };
-        let [x, y, z] = grid.dims;
-        let longest = x.max(y).max(z);
-        if longest > limit {
-            return Err(RenderError::Limit {
-                what: format!("media.{}: its grid", volume.name),
-                found: format!("{x} x {y} x {z} voxels"),
-                limit: format!("{limit} voxels a side"),
-                advice: format!("Resampled by a factor of {} it would fit.", longest.div_ceil(limit)),
-            });
-        }
-    }
     Ok(())
 }
 
-/// What [`upload`] makes.
-pub(super) struct Uploaded {
-    pub grids: Vec<wgpu::Texture>,
-    pub transfers: wgpu::Texture,
-}
-
-/// Makes and fills the textures of checked volumes.
-pub(super) async fn upload(gpu: &Gpu, volumes: &[tyndall_scene::Volume]) -> Result<Uploaded, RenderError> {
-    let empty = Grid::dense([1; 3], Voxels::F16(vec![f16::ZERO]), Mat4::IDENTITY);
-    let mut grids = Vec::new();
-    for slot in 0..MAX_VOLUMES {
-        let grid = match volumes.get(slot).map(|volume| &volume.field) {
-            Some(Field::Grid(grid)) => grid.as_ref(),
-            _ => &empty,
-        };
-        grids.push(upload_grid(gpu, grid).await?);
-    }
+/// The table of transfer functions, a row a volume.
+pub(super) async fn transfers(gpu: &Gpu, volumes: &[tyndall_scene::Volume]) -> Result<wgpu::Texture, RenderError> {
     let size =
         wgpu::Extent3d { width: TRANSFER_ENTRIES, height: volumes.len().max(1) as u32, depth_or_array_layers: 1 };
-    let transfers = gpu
-        .texture(&descriptor("transfers", size, wgpu::TextureDimension::D2, wgpu::TextureFormat::Rgba32Float))
+    let texture = gpu
+        .texture(&wgpu::TextureDescriptor {
+            label: Some("transfers"),
+            size,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba32Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        })
         .await?;
     for (row, volume) in volumes.iter().enumerate() {
         if let Optics::Transfer(transfer) = &volume.optics {
-            write_rows(gpu, &transfers, row as u32, 1, bytemuck::cast_slice(&transfer_table(transfer)));
+            gpu.queue.write_texture(
+                wgpu::TexelCopyTextureInfo {
+                    texture: &texture,
+                    mip_level: 0,
+                    origin: wgpu::Origin3d { x: 0, y: row as u32, z: 0 },
+                    aspect: wgpu::TextureAspect::All,
+                },
+                bytemuck::cast_slice(&transfer_table(transfer)),
+                wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: None, rows_per_image: None },
+                wgpu::Extent3d { height: 1, ..size },
+            );
         }
     }
-    Ok(Uploaded { grids, transfers })
+    Ok(texture)
 }
 
 /// Colour (radiance of an opaque body) and extinction [m⁻¹] at equal distances over the function's domain.
@@ -216,83 +265,4 @@ fn transfer_table(transfer: &Transfer) -> Vec<[f32; 4]> {
             (transfer.stop(value).color * transfer.radiance).extend(extinction).to_array()
         })
         .collect()
-}
-
-async fn upload_grid(gpu: &Gpu, grid: &Grid) -> Result<wgpu::Texture, RenderError> {
-    let [width, height, depth] = grid.dims;
-    let filterable = gpu.device.features().contains(wgpu::Features::FLOAT32_FILTERABLE);
-    let format = match &grid.voxels {
-        Voxels::F32(_) if filterable => wgpu::TextureFormat::R32Float,
-        Voxels::F32(_) => {
-            tracing::warn!("this device does not interpolate 32-bit floats: voxels are rounded to 16 bits");
-            wgpu::TextureFormat::R16Float
-        }
-        Voxels::F16(_) => wgpu::TextureFormat::R16Float,
-    };
-    let size = wgpu::Extent3d { width, height, depth_or_array_layers: depth };
-    let texture = gpu.texture(&descriptor("grid", size, wgpu::TextureDimension::D3, format)).await?;
-    let slice = width as usize * height as usize;
-    let bytes_per_slice = slice as u64 * 4;
-    let slices = (UPLOAD / bytes_per_slice.max(1)).clamp(1, depth.into()) as u32;
-    for first in (0..depth).step_by(slices as usize) {
-        let count = slices.min(depth - first);
-        let range = first as usize * slice..(first + count) as usize * slice;
-        let bytes: Cow<[u8]> = match &grid.voxels {
-            Voxels::F16(voxels) => Cow::Borrowed(bytemuck::cast_slice(&voxels[range])),
-            Voxels::F32(voxels) if filterable => Cow::Borrowed(bytemuck::cast_slice(&voxels[range])),
-            Voxels::F32(voxels) => {
-                let rounded: Vec<f16> = voxels[range].iter().map(|&v| f16::from_f32(v)).collect();
-                Cow::Owned(bytemuck::cast_slice(&rounded).to_vec())
-            }
-        };
-        write_rows(gpu, &texture, first, count, &bytes);
-        if slices < depth {
-            // Frees the staging memory of this part before the next.
-            gpu.queue.submit([]);
-            gpu.wait()?;
-        }
-    }
-    Ok(texture)
-}
-
-fn descriptor<'a>(
-    label: &'a str,
-    size: wgpu::Extent3d,
-    dimension: wgpu::TextureDimension,
-    format: wgpu::TextureFormat,
-) -> wgpu::TextureDescriptor<'a> {
-    wgpu::TextureDescriptor {
-        label: Some(label),
-        size,
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension,
-        format,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    }
-}
-
-/// Writes `count` rows of a 2D texture, or slices of a 3D one, from `first` on.
-fn write_rows(gpu: &Gpu, texture: &wgpu::Texture, first: u32, count: u32, bytes: &[u8]) {
-    let texel = texture.format().block_copy_size(None).unwrap_or(4);
-    let mut origin = wgpu::Origin3d::ZERO;
-    let mut size = texture.size();
-    if texture.dimension() == wgpu::TextureDimension::D3 {
-        origin.z = first;
-        size.depth_or_array_layers = count;
-    } else {
-        origin.y = first;
-        size.height = count;
-    }
-    gpu.queue.write_texture(
-        wgpu::TexelCopyTextureInfo { texture, mip_level: 0, origin, aspect: wgpu::TextureAspect::All },
-        bytes,
-        wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(size.width * texel),
-            rows_per_image: Some(size.height),
-        },
-        size,
-    );
 }

@@ -4,7 +4,7 @@ use encase::private::StructMetadata;
 use encase::{ShaderSize, ShaderType};
 
 use crate::graph::{Shader, Tile};
-use crate::resident::{Light, View, Volume};
+use crate::resident::{Brick, Light, View, Volume};
 use crate::{display, techniques};
 
 /// Every shader that the build linked.
@@ -26,7 +26,7 @@ fn every_shader_validates_and_can_be_bound() {
 fn shader_layout(shader: &str, name: &str) -> (Vec<u64>, u64) {
     let shader = SHADERS.iter().find(|s| s.name == shader).unwrap_or_else(|| panic!("no shader {shader}"));
     let module = naga::front::wgsl::parse_str(shader.source).unwrap();
-    let matches = |ty: &&naga::Type| ty.name.as_deref().is_some_and(|n| n == name || n.ends_with(&format!("_{name}")));
+    let matches = |ty: &&naga::Type| ty.name.as_deref() == Some(name);
     let found = module.types.iter().map(|(_, ty)| ty).find(matches);
     let found = found.unwrap_or_else(|| panic!("{} has no struct {name}", shader.name));
     let naga::TypeInner::Struct { members, span } = &found.inner else { panic!("{name} is no struct") };
@@ -46,6 +46,7 @@ fn shared_structs_have_one_layout() {
     assert_eq!(rust_layout::<View, _>(), shader_layout(march, "View"));
     assert_eq!(rust_layout::<Tile, _>(), shader_layout(march, "Tile"));
     assert_eq!(rust_layout::<Volume, _>(), shader_layout(march, "Volume"));
+    assert_eq!(rust_layout::<Brick, _>(), shader_layout(march, "Brick"));
     assert_eq!(rust_layout::<Light, _>(), shader_layout(march, "Light"));
     assert_eq!(rust_layout::<techniques::march::March, _>(), shader_layout(march, "March"));
     assert_eq!(techniques::march::PATH_BYTES, shader_layout(march, "Path").1);

@@ -32,16 +32,16 @@ fn more_media_than_the_shader_holds() {
     assert!(message.contains("found 9 media; this device accepts at most 8 media"), "{message}");
 }
 
+/// Bricks are packed: a grid may be longer than a texture.
 #[test]
 fn a_grid_longer_than_a_texture() {
     let Some(gpu) = gpu() else { return };
     let longest = gpu.device.limits().max_texture_dimension_3d;
     let mut world: World = world(&scene(1));
     let dims = [longest + 1, 1, 1];
-    let voxels = Voxels::F16(vec![f16::ZERO; dims[0] as usize]);
+    let voxels = Voxels::F16((0..dims[0]).map(|i| f16::from_f32((i % 7) as f32)).collect());
     world.volumes[0].field = Field::Grid(Arc::new(Grid::dense(dims, voxels, Mat4::IDENTITY)));
-    let message = limit(render(&gpu, &world));
-    assert!(message.contains("media.m0") && message.contains("Resampled by a factor of 2"), "{message}");
+    assert!(render(&gpu, &world).is_ok());
 }
 
 #[test]

@@ -4,7 +4,7 @@
 //!
 //! L = ∫ T(t) [k_e(t) + Σ_lights E(t)·T_light(t)·Σ_media σ_s(t)·p(cosθ)] dt + T·L_environment
 //!
-//! The step rule, stated here and written once in `march.wesl` (`next_segment`): between two boundaries of volumes a ray is
+//! The step rule, stated here and written once in `resident/walk.wesl`: between two boundaries of volumes a ray is
 //! cut into equal segments of at most `step` voxels of the finest volume there (a volume without voxels counts as 64 to
 //! its shortest edge). Each is sampled in its middle and integrated in closed form, (1−e^{−σ_tΔ})/σ_t. Rays to the lights
 //! follow the same rule with `light_step`; there, and wherever no light is scattered, homogeneous volumes take one step,
@@ -125,30 +125,20 @@ async fn record(Recording { graph, resident, settings, film }: Recording<'_, '_>
         mapped_at_creation: false,
     });
     let tile = graph.tile();
-    let traits = &resident.traits;
-    let mut pass = graph
+    graph
         .compute("march", &MARCH)
-        .constant("VOLUMES", traits.count)
-        .constant("GRIDS", traits.grids)
-        .constant("EXPONENTIALS", traits.exponentials)
-        .constant("TRANSFERS", traits.transfers)
         .constant("EMISSION", model != "absorption")
         .constant("SCATTERING", scattering)
         .constant("ROUNDS", several)
+        .volumes(resident)
         .read("view", &resident.view)
         .read("tile", &tile)
         .read("march", &march)
-        .read("volumes", &resident.volumes)
         .read("lights", &lights)
-        .read("transfers", &resident.transfers)
-        .read("linear", &resident.linear)
         .write("film", film)
-        .write("paths", &paths);
-    let names = ["grid0", "grid1", "grid2", "grid3", "grid4", "grid5", "grid6", "grid7"];
-    for (name, grid) in names.into_iter().zip(&resident.grids) {
-        pass = pass.read(name, grid);
-    }
-    pass.over_film(rounds * samples).await
+        .write("paths", &paths)
+        .over_film(rounds * samples)
+        .await
 }
 
 /// Into how many rounds, of how many steps, a camera ray is cut so that no invocation makes more loop iterations than the
