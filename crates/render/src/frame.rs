@@ -17,6 +17,8 @@ pub struct Frame<'a> {
     film: wgpu::Texture,
     profiler: wgpu_profiler::GpuProfiler,
     exposure: f32,
+    /// Frames rendered since the picture last changed; those with jitter add up.
+    frames: u32,
     display: Option<(wgpu::TextureFormat, Display)>,
 }
 
@@ -34,7 +36,7 @@ impl<'a> Frame<'a> {
             .await?;
         let profiler = wgpu_profiler::GpuProfiler::new(&gpu.device, wgpu_profiler::GpuProfilerSettings::default())
             .map_err(|error| RenderError::Pass { pass: "profiler".into(), message: error.to_string() })?;
-        Ok(Self { resident, graph, film, profiler, exposure: world.scene.film.exposure, display: None })
+        Ok(Self { resident, graph, film, profiler, exposure: world.scene.film.exposure, frames: 0, display: None })
     }
 
     /// Radiance (rgb) and opacity (a) as last rendered, `Rgba32Float`, linear Rec. 709.
@@ -43,29 +45,33 @@ impl<'a> Frame<'a> {
     }
 
     /// Moves the camera; the next rendering shows it.
-    pub fn set_camera(&self, camera: &Camera) {
+    pub fn set_camera(&mut self, camera: &Camera) {
+        self.frames = 0;
         let view = View::new(camera, self.resident.film, self.resident.environment);
         let mut bytes = encase::StorageBuffer::new([0u8; View::SHADER_SIZE.get() as usize]);
         bytes.write(&view).expect("the array has the view's size");
         self.graph.gpu().queue.write_buffer(&self.resident.view, 0, &bytes.into_inner());
     }
 
-    /// Submits the passes that fill the film.
+    /// Submits the passes that fill the film. Where a technique jitters its samples, the film holds the mean of the frames
+    /// since the picture last changed.
     pub fn render(&mut self) {
         for tile in self.tiles() {
             self.render_tile(tile);
         }
+        self.frames += 1;
     }
 
     /// The tiles that make up the film.
     pub(crate) fn tiles(&self) -> impl Iterator<Item = Tile> + use<> {
         let [width, height] = self.resident.film;
-        let side = self.graph.gpu().tile_side();
+        let (side, frame) = (self.graph.gpu().tile_side(), self.frames);
         let rows = (0..height).step_by(side as usize);
         rows.flat_map(move |y| (0..width).step_by(side as usize).map(move |x| (x, y))).map(move |(x, y)| Tile {
             origin: glam::uvec2(x, y),
             size: glam::uvec2(side.min(width - x), side.min(height - y)),
             round: 0,
+            frame,
         })
     }
 

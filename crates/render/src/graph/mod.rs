@@ -17,7 +17,8 @@ use encase::ShaderSize;
 use crate::resident::Resident;
 use crate::{Gpu, RenderError};
 
-/// A rectangle of the film, in pixels, and which of a pass's rounds over it a dispatch is.
+/// A rectangle of the film, in pixels, and which of a pass's rounds over it, and of the frames since the picture last
+/// changed, a dispatch is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, encase::ShaderType)]
 pub struct Tile {
     /// Its top left pixel.
@@ -26,6 +27,8 @@ pub struct Tile {
     pub size: glam::UVec2,
     /// From 0.
     pub round: u32,
+    /// From 0.
+    pub frame: u32,
 }
 
 /// A list of passes.
@@ -120,8 +123,10 @@ impl ComputePass<'_, '_> {
             .constant("VOLUMES", traits.count)
             .constant("GRIDS", traits.grids)
             .constant("EXPONENTIALS", traits.exponentials)
-            .constant("TRANSFERS", traits.transfers);
+            .constant("TRANSFERS", traits.transfers)
+            .constant("PLANES", traits.planes);
         self.read("volumes", &resident.volumes)
+            .read("extras", &resident.extras)
             .read("bricks", &resident.bricks)
             .read("atlas", &resident.atlas)
             .read("transfers", &resident.transfers)

@@ -9,7 +9,7 @@ use tyndall_scene::World;
 
 pub use light::Light;
 pub use view::View;
-pub use volume::{Brick, MAX_VOLUMES, Volume};
+pub use volume::{MAX_VOLUMES, Volume};
 
 use atlas::Atlas;
 use volume::VolumeArray;
@@ -23,8 +23,10 @@ pub struct Resident {
     pub view: wgpu::Buffer,
     /// [`MAX_VOLUMES`] of [`Volume`], as a buffer.
     pub volumes: wgpu::Buffer,
-    /// The [`Brick`]s of all volumes, as a buffer.
-    pub bricks: wgpu::Buffer,
+    /// The bricks of all volumes, as a texture of bits.
+    pub bricks: wgpu::Texture,
+    /// Clip planes and isosurfaces, as a buffer of vectors.
+    pub extras: wgpu::Buffer,
     /// The voxels of all bricks, a 3D texture.
     pub atlas: wgpu::Texture,
     /// Transfer functions, a row a volume: colour (radiance of an opaque body) and extinction [m⁻¹].
@@ -66,7 +68,8 @@ impl Resident {
         Ok(Self {
             view: gpu.buffer("view", &view),
             volumes: gpu.buffer("volumes", &volumes),
-            bricks: gpu.buffer("bricks", &bricks),
+            bricks: volume::brick_texture(gpu, bricks).await?,
+            extras: gpu.buffer("extras", &vec![glam::Vec4::ZERO]),
             atlas: atlas.texture,
             transfers: volume::transfers(gpu, &world.volumes).await?,
             linear: gpu.device.create_sampler(&wgpu::SamplerDescriptor {

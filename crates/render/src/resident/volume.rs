@@ -1,6 +1,6 @@
 //! Media on the device: their parameters, bricks, and transfer functions.
 
-use glam::{Mat4, UVec3, Vec2, Vec3, Vec4};
+use glam::{Mat4, UVec2, UVec3, Vec2, Vec3, Vec4};
 use tyndall_scene::Field;
 use tyndall_scene::description::{Optics, Transfer};
 use tyndall_scene::volume::BRICK_CELLS;
@@ -11,6 +11,9 @@ use crate::{Gpu, RenderError};
 
 /// How many volumes a scene may have.
 pub const MAX_VOLUMES: usize = 8;
+
+/// Texels in a row of the texture of bricks.
+const BRICK_ROW: u32 = 2048;
 
 /// Entries of a transfer function's table; a value takes the nearest one.
 pub(super) const TRANSFER_ENTRIES: u32 = 4096;
@@ -32,8 +35,6 @@ pub struct Volume {
     pub emission: Vec3,
     /// The shortest edge of a voxel [m], or of a 64th of a volume without voxels.
     pub voxel: f32,
-    /// The phase function's parameters, as [`phase::encode`] orders them.
-    pub phase_parameters: Vec4,
     /// An exponential field's base and scale, in unit-cube heights.
     pub exponential: Vec2,
     /// A transfer function's first value and its table entries per value; (0, 0) without one.
@@ -48,19 +49,20 @@ pub struct Volume {
     pub brick_offset: Vec3,
     /// The outermost voxel centres, in bricks.
     pub brick_limit: Vec3,
-}
-
-/// A brick as shaders see it (`volume.wesl`).
-#[derive(Clone, Copy, Debug, PartialEq, encase::ShaderType)]
-pub struct Brick {
-    /// Its place in the atlas, 8 bits an axis, or [`UNIFORM`].
-    pub place: u32,
-    /// The highest density, or extinction of a transfer function, in it.
+    /// The phase function's parameters, as [`phase::encode`] orders them.
+    pub phase_parameters: Vec4,
+    /// The first of its isosurfaces among the extras, and how many.
+    pub surfaces: UVec2,
+    /// The first of its clip planes among the extras, and how many.
+    pub planes: UVec2,
+    /// Ambient, diffuse, specular, shininess; 0 where it is not shaded.
+    pub shading: Vec4,
+    /// Entries of the gradient's opacity table per value and metre; 0 without one.
+    pub gradient_scale: f32,
+    /// The last entry of that table.
+    pub gradient_last: f32,
+    /// How much a metre of it can change a ray, at most [m⁻¹]; of a volume without voxels.
     pub majorant: f32,
-    /// The lowest value in it.
-    pub low: f32,
-    /// The highest value in it.
-    pub high: f32,
 }
 
 /// The buffer `volumes`.
@@ -69,42 +71,37 @@ pub struct VolumeArray {
     volumes: [Volume; MAX_VOLUMES],
 }
 
-/// The buffer `bricks`.
-#[derive(Debug, encase::ShaderType)]
-pub struct BrickArray {
-    #[shader(size(runtime))]
-    bricks: Vec<Brick>,
-}
+/// A texel of `bricks`: place in the atlas, majorant, lowest and highest value, as bits.
+pub(super) type Brick = [u32; 4];
 
 impl VolumeArray {
     /// The parameters of at most [`MAX_VOLUMES`] volumes, and their bricks, which lie in this atlas.
-    pub fn new(volumes: &[tyndall_scene::Volume], atlas: &Atlas) -> (Self, BrickArray) {
+    pub fn new(volumes: &[tyndall_scene::Volume], atlas: &Atlas) -> (Self, Vec<Brick>) {
         let mut array = [Volume::default(); MAX_VOLUMES];
         let mut bricks = Vec::new();
         for (slot, volume) in array.iter_mut().zip(volumes) {
             *slot = encode(volume);
             if let Field::Grid(grid) = &volume.field {
                 slot.first_brick = bricks.len() as u32;
-                let most = |low, high| highest(&volume.optics, low, high);
-                let encoded = grid.bricks().iter().map(|brick| Brick {
-                    place: if brick.is_uniform() { UNIFORM } else { atlas.place(grid, brick.slot) },
-                    majorant: most(brick.low, brick.high),
-                    low: brick.low,
-                    high: brick.high,
-                });
-                bricks.extend(encoded);
+                bricks.extend(grid.bricks().iter().map(|brick| {
+                    let place = if brick.is_uniform() { UNIFORM } else { atlas.place(grid, brick.slot) };
+                    let majorant = majorant(&volume.optics, brick.low, brick.high);
+                    [place, majorant.to_bits(), brick.low.to_bits(), brick.high.to_bits()]
+                }));
             }
         }
-        if bricks.is_empty() {
-            bricks.push(Brick { place: UNIFORM, majorant: 0.0, low: 0.0, high: 0.0 });
-        }
-        (Self { volumes: array }, BrickArray { bricks })
+        (Self { volumes: array }, bricks)
     }
 }
 
-/// The highest density, or extinction of a transfer function as shaders look it up, where values lie between two.
-fn highest(optics: &Optics, low: f32, high: f32) -> f32 {
-    let Optics::Transfer(transfer) = optics else { return high.max(0.0) };
+/// How much a metre of a medium can change a ray, at most, where its values lie between two [m⁻¹]: its extinction, and its
+/// emission for those that do not absorb.
+fn majorant(optics: &Optics, low: f32, high: f32) -> f32 {
+    let Optics::Transfer(transfer) = optics else {
+        let most = optics.at(high);
+        return most.sigma_t().max_element() + most.emission.max_element();
+    };
+    // As shaders look it up: at the nearest entry.
     let (first, last) = domain(transfer);
     let entry = (last - first) / (TRANSFER_ENTRIES - 1) as f32;
     let (low, high) = (low - entry, high + entry);
@@ -122,9 +119,14 @@ fn encode(volume: &tyndall_scene::Volume) -> Volume {
         ..Default::default()
     };
     match &volume.field {
-        Field::Homogeneous => encoded.field = 0,
+        Field::Homogeneous => {
+            encoded.field = 0;
+            encoded.majorant = majorant(&volume.optics, 1.0, 1.0);
+        }
         Field::Exponential { base, scale } => {
             encoded.field = 1;
+            let ends = [0.0, 1.0].map(|y: f32| volume.field.value(Vec3::new(0.0, y, 0.0)));
+            encoded.majorant = majorant(&volume.optics, ends[1], ends[0]);
             encoded.exponential = Vec2::new(*base, *scale);
         }
         Field::Grid(grid) => {
@@ -169,6 +171,12 @@ pub struct Traits {
     pub exponentials: bool,
     /// Some have transfer functions.
     pub transfers: bool,
+    /// Some are shaded by their gradients.
+    pub shaded: bool,
+    /// Some show isosurfaces.
+    pub surfaces: bool,
+    /// Some are cut by planes.
+    pub planes: bool,
     /// The longest way through each volume [voxels].
     pub diagonals: Vec<f32>,
     /// The shortest voxel edge [m]; 1 where there is no volume.
@@ -182,6 +190,9 @@ impl Traits {
             grids: volumes.iter().any(|v| matches!(v.field, Field::Grid(_))),
             exponentials: volumes.iter().any(|v| matches!(v.field, Field::Exponential { .. })),
             transfers: volumes.iter().any(|v| matches!(v.optics, Optics::Transfer(_))),
+            shaded: false,
+            surfaces: false,
+            planes: false,
             diagonals: volumes.iter().map(diagonal).collect(),
             voxel: volumes.iter().map(voxel).reduce(f32::min).unwrap_or(1.0),
         }
@@ -223,7 +234,7 @@ pub(super) fn check(volumes: &[tyndall_scene::Volume]) -> Result<(), RenderError
 /// The table of transfer functions, a row a volume.
 pub(super) async fn transfers(gpu: &Gpu, volumes: &[tyndall_scene::Volume]) -> Result<wgpu::Texture, RenderError> {
     let size =
-        wgpu::Extent3d { width: TRANSFER_ENTRIES, height: volumes.len().max(1) as u32, depth_or_array_layers: 1 };
+        wgpu::Extent3d { width: TRANSFER_ENTRIES, height: 3 * volumes.len().max(1) as u32, depth_or_array_layers: 1 };
     let texture = gpu
         .texture(&wgpu::TextureDescriptor {
             label: Some("transfers"),
@@ -236,22 +247,81 @@ pub(super) async fn transfers(gpu: &Gpu, volumes: &[tyndall_scene::Volume]) -> R
             view_formats: &[],
         })
         .await?;
-    for (row, volume) in volumes.iter().enumerate() {
+    for (i, volume) in volumes.iter().enumerate() {
         if let Optics::Transfer(transfer) = &volume.optics {
-            gpu.queue.write_texture(
-                wgpu::TexelCopyTextureInfo {
-                    texture: &texture,
-                    mip_level: 0,
-                    origin: wgpu::Origin3d { x: 0, y: row as u32, z: 0 },
-                    aspect: wgpu::TextureAspect::All,
-                },
-                bytemuck::cast_slice(&transfer_table(transfer)),
-                wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: None, rows_per_image: None },
-                wgpu::Extent3d { height: 1, ..size },
-            );
+            let response = transfer_table(transfer);
+            let rows = [&integrals(&response), &response];
+            for (row, table) in [1, 0].into_iter().zip(rows) {
+                write_row(gpu, &texture, 3 * i as u32 + row, table);
+            }
         }
     }
     Ok(texture)
+}
+
+fn write_row(gpu: &Gpu, texture: &wgpu::Texture, row: u32, texels: &[[f32; 4]]) {
+    gpu.queue.write_texture(
+        wgpu::TexelCopyTextureInfo {
+            texture,
+            mip_level: 0,
+            origin: wgpu::Origin3d { x: 0, y: row, z: 0 },
+            aspect: wgpu::TextureAspect::All,
+        },
+        bytemuck::cast_slice(texels),
+        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: None, rows_per_image: None },
+        wgpu::Extent3d { width: texels.len() as u32, height: 1, depth_or_array_layers: 1 },
+    );
+}
+
+/// The bricks of all volumes as a texture, in rows of [`BRICK_ROW`].
+pub(super) async fn brick_texture(gpu: &Gpu, mut bricks: Vec<Brick>) -> Result<wgpu::Texture, RenderError> {
+    bricks.resize(bricks.len().max(1).next_multiple_of(BRICK_ROW as usize), [UNIFORM, 0, 0, 0]);
+    let height = (bricks.len() / BRICK_ROW as usize) as u32;
+    let limit = gpu.device.limits().max_texture_dimension_2d;
+    if height > limit {
+        return Err(RenderError::Limit {
+            what: "media: their grids".into(),
+            found: format!("{} bricks of 8 x 8 x 8 voxels", bricks.len()),
+            limit: format!("{} bricks", u64::from(limit) * u64::from(BRICK_ROW)),
+            advice: "Resample the largest grid.".into(),
+        });
+    }
+    let size = wgpu::Extent3d { width: BRICK_ROW, height, depth_or_array_layers: 1 };
+    let texture = gpu
+        .texture(&wgpu::TextureDescriptor {
+            label: Some("bricks"),
+            size,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba32Uint,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        })
+        .await?;
+    gpu.queue.write_texture(
+        texture.as_image_copy(),
+        bytemuck::cast_slice(&bricks),
+        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(BRICK_ROW * 16), rows_per_image: None },
+        size,
+    );
+    Ok(texture)
+}
+
+/// The running integral of a table over its entries, the radiance multiplied by the extinction.
+fn integrals(response: &[[f32; 4]]) -> Vec<[f32; 4]> {
+    let emission = |[r, g, b, sigma]: [f32; 4]| [r * sigma, g * sigma, b * sigma, sigma].map(f64::from);
+    let mut sum = [0.0; 4];
+    let mut before = emission(response[0]);
+    let step = |texel: &[f32; 4]| {
+        let here = emission(*texel);
+        for c in 0..4 {
+            sum[c] += 0.5 * (before[c] + here[c]);
+        }
+        before = here;
+        sum.map(|sum| sum as f32)
+    };
+    std::iter::once([0.0; 4]).chain(response[1..].iter().map(step)).collect()
 }
 
 /// Colour (radiance of an opaque body) and extinction [m⁻¹] at equal distances over the function's domain.

@@ -4,7 +4,7 @@ use encase::private::StructMetadata;
 use encase::{ShaderSize, ShaderType};
 
 use crate::graph::{Shader, Tile};
-use crate::resident::{Brick, Light, View, Volume};
+use crate::resident::{Light, View, Volume};
 use crate::{display, techniques};
 
 /// Every shader that the build linked.
@@ -46,9 +46,11 @@ fn shared_structs_have_one_layout() {
     assert_eq!(rust_layout::<View, _>(), shader_layout(march, "View"));
     assert_eq!(rust_layout::<Tile, _>(), shader_layout(march, "Tile"));
     assert_eq!(rust_layout::<Volume, _>(), shader_layout(march, "Volume"));
-    assert_eq!(rust_layout::<Brick, _>(), shader_layout(march, "Brick"));
     assert_eq!(rust_layout::<Light, _>(), shader_layout(march, "Light"));
     assert_eq!(rust_layout::<techniques::march::March, _>(), shader_layout(march, "March"));
+    assert_eq!(rust_layout::<techniques::march::Stride, _>(), shader_layout(march, "Stride"));
+    assert_eq!(rust_layout::<techniques::march::Scattering, _>(), shader_layout(march, "Scattering"));
+    assert_eq!(rust_layout::<techniques::march::Upsample, _>(), shader_layout("techniques/march/upsample", "Upsample"));
     assert_eq!(techniques::march::PATH_BYTES, shader_layout(march, "Path").1);
     assert_eq!(rust_layout::<display::Parameters, _>(), shader_layout("display/display", "Display"));
 }
@@ -61,6 +63,7 @@ fn another_layout_is_caught() {
         origin: glam::UVec3,
         size: glam::UVec2,
         round: u32,
+        frame: u32,
     }
     assert_eq!(rust_layout::<Wider, _>(), shader_layout("techniques/march/march", "Tile"));
 }

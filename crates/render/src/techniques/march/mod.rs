@@ -4,20 +4,21 @@
 //!
 //! L = ∫ T(t) [k_e(t) + Σ_lights E(t)·T_light(t)·Σ_media σ_s(t)·p(cosθ)] dt + T·L_environment
 //!
-//! The step rule, stated here and written once in `resident/walk.wesl`: between two boundaries of volumes a ray is
-//! cut into equal segments of at most `step` voxels of the finest volume there (a volume without voxels counts as 64 to
-//! its shortest edge). Each is sampled in its middle and integrated in closed form, (1−e^{−σ_tΔ})/σ_t. Rays to the lights
-//! follow the same rule with `light_step`; there, and wherever no light is scattered, homogeneous volumes take one step,
-//! which is exact. No jitter: the error is a smooth bias, second order in the step.
+//! Where a ray is sampled, the step rule, stands once in `resident/walk.wesl`. Each segment is integrated in closed form,
+//! (1−e^{−σ_tΔ})/σ_t. Rays to the lights follow the same rule with `light_step`; there, and wherever no light is scattered,
+//! homogeneous volumes take one step, which is exact. Without jitter the error is a smooth bias, second order in the step.
 //!
-//! Not in the model: light scattered more than once, and scattered emission. The constant environment scatters once, as
-//! parallel lights from `environment_directions` directions.
+//! Light scattered more than once is approximated by octaves [Wrenninge13 (3)]: order n is single scattering with the
+//! strength aⁿ, the optical depth bⁿ·τ and the mean cosine cⁿ·g. The environment scatters as parallel lights from
+//! `environment_directions` directions. Not in the model: scattered emission.
 
+mod blue_noise;
 #[cfg(test)]
 mod test;
 
 use glam::Vec3;
 use tyndall_scene::parameter::{Kind, Parameter};
+use tyndall_scene::volume::BRICK_CELLS;
 
 use super::{Recording, Technique};
 use crate::graph::{Shader, shader};
@@ -54,38 +55,121 @@ pub const TECHNIQUE: Technique = Technique {
             kind: Kind::Number { min: 0.0, max: 0.5, default: 0.001 },
         },
         Parameter {
+            name: "tolerance",
+            help: "Optical depth within which steps are taken together: thin parts take longer steps (0: never)",
+            unit: "",
+            kind: Kind::Number { min: 0.0, max: 1.0, default: 0.0 },
+        },
+        Parameter {
+            name: "empty_space_skipping",
+            help: "Pass over bricks of 8 voxels a side of which nothing is seen; the picture does not change",
+            unit: "",
+            kind: Kind::Choice(&["on", "off"]),
+        },
+        Parameter {
+            name: "preintegration",
+            help: "Integrate transfer functions over the values between a step's ends, not at its middle alone",
+            unit: "",
+            kind: Kind::Choice(&["off", "on"]),
+        },
+        Parameter {
             name: "samples",
             help: "Rays per pixel; one runs through the pixel's centre",
             unit: "",
             kind: Kind::Count { min: 1, max: 1024, default: 1 },
         },
         Parameter {
+            name: "jitter",
+            help: "Where in its step a ray is sampled: in the middle, or by blue noise, of which frames add up",
+            unit: "",
+            kind: Kind::Choice(&["off", "blue_noise"]),
+        },
+        Parameter {
+            name: "resolution",
+            help: "March every pixel, or one in 2 x 2 or 4 x 4 and interpolate where rays meet the media equally far away",
+            unit: "",
+            kind: Kind::Choice(&["full", "half", "quarter"]),
+        },
+        Parameter {
             name: "environment_directions",
-            help: "Directions from which the constant environment is scattered (0: it is only seen behind the media)",
+            help: "Directions from which the environment is scattered (0: it is only seen behind the media)",
             unit: "",
             kind: Kind::Count { min: 0, max: 1024, default: 16 },
+        },
+        Parameter {
+            name: "octaves",
+            help: "Orders that approximate light scattered more than once, beside the first",
+            unit: "",
+            kind: Kind::Count { min: 0, max: 16, default: 0 },
+        },
+        Parameter {
+            name: "octave_strength",
+            help: "Strength of an octave relative to the one before",
+            unit: "",
+            kind: Kind::Number { min: 0.0, max: 1.0, default: 0.5 },
+        },
+        Parameter {
+            name: "octave_attenuation",
+            help: "Optical depth that an octave meets, relative to the one before",
+            unit: "",
+            kind: Kind::Number { min: 0.01, max: 1.0, default: 0.5 },
+        },
+        Parameter {
+            name: "octave_anisotropy",
+            help: "Mean cosine of an octave's phase function, relative to the one before",
+            unit: "",
+            kind: Kind::Number { min: 0.0, max: 1.0, default: 0.5 },
         },
     ],
     record: |recording| Box::pin(record(recording)),
 };
 
 static MARCH: Shader = shader!("techniques/march/march");
+static UPSAMPLE: Shader = shader!("techniques/march/upsample");
+
+/// How a ray is walked (`resident/walk.wesl`).
+#[derive(Clone, Copy, Debug, encase::ShaderType)]
+pub(crate) struct Stride {
+    step: f32,
+    least: f32,
+    offset: f32,
+    tolerance: f32,
+    skip: u32,
+    lit: u32,
+}
+
+/// How light is scattered (`scattering.wesl`).
+#[derive(Clone, Copy, Debug, encase::ShaderType)]
+pub(crate) struct Scattering {
+    stride: Stride,
+    lights: u32,
+    octaves: u32,
+    octave: Vec3,
+}
 
 /// The buffer `march`.
 #[derive(Clone, Copy, Debug, encase::ShaderType)]
 pub(crate) struct March {
-    step: f32,
-    light_step: f32,
-    epsilon: f32,
+    stride: Stride,
+    scattering: Scattering,
+    towards: Vec3,
     termination: f32,
-    lights: u32,
     rounds: u32,
-    steps_per_round: u32,
-    samples: u32,
+    samples_per_round: u32,
+    rays: u32,
+    scale: u32,
+}
+
+/// The buffer `upsample`.
+#[derive(Clone, Copy, Debug, encase::ShaderType)]
+pub(crate) struct Upsample {
+    stride: Stride,
+    scale: u32,
+    alike: f32,
 }
 
 /// Bytes of a `Path` in `march.wesl`.
-pub(crate) const PATH_BYTES: u64 = 48;
+pub(crate) const PATH_BYTES: u64 = 32;
 
 /// The buffer `lights`.
 #[derive(Debug, encase::ShaderType)]
@@ -98,69 +182,135 @@ async fn record(Recording { graph, resident, settings, film }: Recording<'_, '_>
     let gpu = graph.gpu();
     let model = settings.choice("model");
     let scattering = model == "single_scattering";
+    let traits = &resident.traits;
     let mut lights = resident.lights.clone();
+    let towards = lights.iter().find(|light| light.local == 0).map_or(Vec3::ZERO, |light| light.place);
     lights.extend(environment_lights(resident.environment, settings.number("environment_directions") as u32));
-    let (step, light_step) = (settings.number("step"), settings.number("light_step"));
-    let light_count = if scattering { lights.len() as u32 } else { 0 };
-    let samples = settings.number("samples") as u32;
-    let (rounds, steps_per_round) = rounds(gpu, resident, [step, light_step], light_count, samples)?;
-    let march = March {
-        step,
-        light_step,
-        epsilon: 1e-3 * resident.traits.voxel,
-        termination: settings.number("termination"),
-        lights: light_count,
-        rounds,
-        steps_per_round,
-        samples,
+    let stride = Stride {
+        step: settings.number("step"),
+        least: 1e-3 * traits.voxel,
+        offset: 0.5,
+        tolerance: settings.number("tolerance"),
+        skip: u32::from(settings.choice("empty_space_skipping") == "on"),
+        lit: u32::from(scattering),
     };
-    let march = gpu.buffer("march", &march);
-    let lights = gpu.buffer("lights", &Lights { lights });
-    let several = rounds * samples > 1;
+    let octaves = ["octave_strength", "octave_attenuation", "octave_anisotropy"].map(|name| settings.number(name));
+    let scattered = Scattering {
+        stride: Stride { step: settings.number("light_step"), lit: 0, ..stride },
+        lights: if scattering { lights.len() as u32 } else { 0 },
+        octaves: settings.number("octaves") as u32,
+        octave: Vec3::from(octaves),
+    };
+    let rays = settings.number("samples") as u32;
+    let (rounds, samples_per_round) = rounds(gpu, resident, &stride, &scattered, rays)?;
+    let scale = match settings.choice("resolution") {
+        "half" => 2,
+        "quarter" => 4,
+        _ => 1,
+    };
+    let termination = settings.number("termination");
+    let march = March { stride, scattering: scattered, towards, termination, rounds, samples_per_round, rays, scale };
+    let jitter = settings.choice("jitter") == "blue_noise";
+    let low = if scale > 1 { Some(low_film(gpu, resident.film, scale).await?) } else { None };
+    let [width, height] = resident.film.map(|side| u64::from(side.div_ceil(scale)));
+    let mean = jitter || rays > 1;
     let side = u64::from(gpu.tile_side());
-    let paths = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("paths"),
-        size: if several { side * side * PATH_BYTES } else { PATH_BYTES },
-        usage: wgpu::BufferUsages::STORAGE,
-        mapped_at_creation: false,
-    });
+    let storage = |label, size| {
+        gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size,
+            usage: wgpu::BufferUsages::STORAGE,
+            mapped_at_creation: false,
+        })
+    };
+    let paths = storage("paths", if rounds > 1 { (side + 2) * (side + 2) * PATH_BYTES } else { PATH_BYTES });
+    let sums = storage("sums", if mean { width * height * 16 } else { 16 });
+    let noise = blue_noise::texture(gpu, jitter).await?;
+    let parameters = gpu.buffer("march", &march);
+    let lights = gpu.buffer("lights", &Lights { lights });
     let tile = graph.tile();
     graph
         .compute("march", &MARCH)
         .constant("EMISSION", model != "absorption")
         .constant("SCATTERING", scattering)
-        .constant("ROUNDS", several)
+        .constant("PREINTEGRATED", settings.choice("preintegration") == "on")
+        .constant("SURFACES", traits.surfaces)
+        .constant("SHADED", traits.shaded)
+        .constant("ROUNDS", rounds > 1)
+        .constant("MEAN", mean)
+        .constant("JITTER", jitter)
         .volumes(resident)
         .read("view", &resident.view)
         .read("tile", &tile)
-        .read("march", &march)
+        .read("march", &parameters)
         .read("lights", &lights)
-        .write("film", film)
+        .read("blue_noise", &noise)
+        .write("film", low.as_ref().unwrap_or(film))
         .write("paths", &paths)
-        .over_film(rounds * samples)
+        .write("sums", &sums)
+        .over_film(rounds * rays)
+        .await?;
+    let Some(low) = low else { return Ok(()) };
+    let upsample = Upsample { stride: Stride { lit: 1, ..stride }, scale, alike: 8.0 * traits.voxel };
+    let upsample = gpu.buffer("upsample", &upsample);
+    graph
+        .compute("upsample", &UPSAMPLE)
+        .volumes(resident)
+        .read("view", &resident.view)
+        .read("tile", &tile)
+        .read("upsample", &upsample)
+        .read("low", &low)
+        .write("film", film)
+        .over_film(1)
         .await
 }
 
-/// Into how many rounds, of how many steps, a camera ray is cut so that no invocation makes more loop iterations than the
-/// device stands. Every loop of `march.wesl` counts, also those that a compiler would unroll.
+/// The texture of a march at a lower resolution.
+async fn low_film(gpu: &Gpu, film: [u32; 2], scale: u32) -> Result<wgpu::Texture, RenderError> {
+    let [width, height] = film.map(|side| side.div_ceil(scale));
+    gpu.texture(&wgpu::TextureDescriptor {
+        label: Some("low film"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba32Float,
+        usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    })
+    .await
+}
+
+/// Into how many rounds, of how many samples, a camera ray is cut so that no invocation makes more loop iterations than
+/// the device stands. Every loop counts, also those that a compiler would unroll.
 fn rounds(
     gpu: &Gpu,
     resident: &Resident,
-    [step, light_step]: [f32; 2],
-    lights: u32,
-    samples: u32,
+    stride: &Stride,
+    scattering: &Scattering,
+    rays: u32,
 ) -> Result<(u32, u32), RenderError> {
     // A ray steps through each volume, and once more at each of its boundaries. A volume may be absurdly long.
     let count = |step: f32| {
         let steps = resident.traits.diagonals.iter().map(|voxels| ((voxels / step).ceil() as u64).saturating_add(2));
         steps.fold(1u64, u64::saturating_add)
     };
-    let (steps, light_steps) = (count(step), count(light_step));
-    let per_segment = 1 + 2 * u64::from(resident.traits.count);
-    let per_light = light_steps.saturating_add(1).saturating_mul(per_segment);
-    let per_step = u64::from(lights).saturating_mul(per_light).saturating_add(per_segment);
-    let limit = u64::from(gpu.iterations());
-    if per_step > limit {
+    let (steps, light_steps) = (count(stride.step), count(scattering.stride.step));
+    // Bricks on the way, each of which may be passed over in an iteration; or a step, if that is longer.
+    let bricks = |step: f32| count(step.max(BRICK_CELLS as f32 / 3.0));
+    let volumes = u64::from(resident.traits.count);
+    let (lights, octaves) = (u64::from(scattering.lights), u64::from(scattering.octaves) + 1);
+    let per_step = 2 + 3 * volumes;
+    let per_light = light_steps
+        .saturating_add(bricks(scattering.stride.step))
+        .saturating_mul(per_step)
+        .saturating_add(octaves * (volumes + 1) + volumes);
+    // Gradients and the search for surfaces have loops of their own.
+    let details = if resident.traits.shaded || resident.traits.surfaces { 64 * volumes } else { 0 };
+    let per_sample = lights.saturating_mul(per_light).saturating_add(per_step + volumes + details);
+    let passed = bricks(stride.step).saturating_mul(per_step).saturating_add(2 * volumes);
+    let limit = u64::from(gpu.iterations()).saturating_sub(passed);
+    if per_sample > limit {
         return Err(RenderError::Limit {
             what: "lights, or techniques.march.light_step".into(),
             found: format!("{lights} lights (the environment's directions among them) of {light_steps} steps"),
@@ -168,17 +318,17 @@ fn rounds(
             advice: "Use fewer lights or environment_directions, or a longer light_step.".into(),
         });
     }
-    let steps_per_round = (limit / per_step).min(steps);
-    let rounds = steps.div_ceil(steps_per_round);
-    if rounds.saturating_mul(samples.into()) > u32::MAX.into() {
+    let samples_per_round = (limit / per_sample).min(steps);
+    let rounds = steps.div_ceil(samples_per_round);
+    if rounds.saturating_mul(rays.into()) > u32::MAX.into() {
         return Err(RenderError::Limit {
             what: "techniques.march.step".into(),
             found: format!("{steps} steps along a ray"),
-            limit: format!("{} steps", steps_per_round.saturating_mul(u64::from(u32::MAX / samples))),
+            limit: format!("{} steps", samples_per_round.saturating_mul(u64::from(u32::MAX / rays))),
             advice: "Use a longer step, or fewer samples.".into(),
         });
     }
-    Ok((rounds as u32, steps_per_round as u32))
+    Ok((rounds as u32, samples_per_round as u32))
 }
 
 /// A constant environment as `count` parallel lights, spread evenly over the sphere on a Fibonacci spiral.
