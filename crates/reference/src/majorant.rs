@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use tyndall_scene::Field;
 use tyndall_scene::description::Optics;
-use tyndall_scene::volume::Grid;
+use tyndall_scene::volume::{Grid, Mesh};
 
 use crate::medium::strength;
 
@@ -17,6 +17,9 @@ pub(crate) struct Bounds {
 
 /// Voxels along a cell's side, where that does not make too many cells.
 const VOXELS: usize = 4;
+
+/// Tetrahedra for each cell, on average.
+const PER_CELL: u32 = 4;
 
 /// The most cells along an axis.
 const MOST_CELLS: usize = 64;
@@ -41,6 +44,16 @@ impl Bounds {
                     })
                     .collect();
                 Self { cells, ranges }
+            }
+            Field::Mesh(mesh) => {
+                let side = (mesh.count() as f64 / f64::from(PER_CELL)).cbrt().ceil() as usize;
+                let cells = [side.min(MOST_CELLS); 3];
+                let ranges = mesh_values(mesh, cells).into_iter().map(|[low, high]| match low <= high {
+                    true => strengths(optics, low, high),
+                    false => [0.0; 2],
+                });
+                // Part of a cell may lie outside the mesh, where there is nothing.
+                Self { cells, ranges: ranges.map(|[_, high]| [0.0, high]).collect() }
             }
         }
     }
@@ -79,6 +92,36 @@ fn values(grid: &Grid, cells: [usize; 3], cell: [usize; 3]) -> [f32; 2] {
         }
     }
     range
+}
+
+/// The lowest and highest value that the tetrahedra which touch a cell take; empty where none does.
+fn mesh_values(mesh: &Mesh, cells: [usize; 3]) -> Vec<[f32; 2]> {
+    // What a tetrahedron's box is widened by, lest rounding put a point of it into the neighbouring cell.
+    const MARGIN: f32 = 1e-5;
+    let mut ranges = vec![[f32::INFINITY, f32::NEG_INFINITY]; cells.iter().product()];
+    for tetrahedron in 0..mesh.count() {
+        let values = mesh.corner_values(tetrahedron);
+        let [low, high] =
+            [values.into_iter().fold(f32::INFINITY, f32::min), values.into_iter().fold(f32::NEG_INFINITY, f32::max)];
+        let corners = mesh.corners(tetrahedron).map(|corner| corner.to_array());
+        let span = |axis: usize| {
+            let n = cells[axis];
+            let at = |place: f32| ((place * n as f32) as usize).min(n - 1);
+            let places = corners.map(|corner| corner[axis]);
+            let first = places.into_iter().fold(1.0, f32::min) - MARGIN;
+            let last = places.into_iter().fold(0.0, f32::max) + MARGIN;
+            at(first)..=at(last)
+        };
+        for k in span(2) {
+            for j in span(1) {
+                for i in span(0) {
+                    let range = &mut ranges[i + cells[0] * (j + cells[1] * k)];
+                    *range = [range[0].min(low), range[1].max(high)];
+                }
+            }
+        }
+    }
+    ranges
 }
 
 /// The lowest and highest strength over an interval of values. A transfer function is monotonic between its stops.

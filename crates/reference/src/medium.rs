@@ -33,6 +33,10 @@ pub(crate) struct Local {
     pub emission: DVec3,
 }
 
+impl Local {
+    const NOTHING: Self = Self { sigma_s: DVec3::ZERO, sigma_a: DVec3::ZERO, emission: DVec3::ZERO };
+}
+
 enum Response {
     /// Everything is in proportion to the strength.
     Linear(Local),
@@ -86,7 +90,7 @@ impl Medium {
     /// The coefficients at a position in the unit cube; rounding beyond its faces does not matter.
     #[inline]
     pub fn at(&self, unit: DVec3) -> Local {
-        let value = self.value(unit);
+        let Some(value) = self.value(unit) else { return Local::NOTHING };
         match &self.response {
             Response::Linear(one) => {
                 let density = f64::from(value.max(0.0));
@@ -106,7 +110,7 @@ impl Medium {
     /// The strength at a position in the unit cube: what `extinction` is per.
     #[inline]
     pub fn strength(&self, unit: DVec3) -> f64 {
-        let value = self.value(unit);
+        let Some(value) = self.value(unit) else { return 0.0 };
         match &self.response {
             Response::Linear(_) => f64::from(value.max(0.0)),
             Response::Transfer(optics) => f64::from(strength(optics, value)),
@@ -114,8 +118,8 @@ impl Medium {
     }
 
     #[inline]
-    fn value(&self, unit: DVec3) -> f32 {
-        self.field.value(unit.clamp(DVec3::ZERO, DVec3::ONE).as_vec3())
+    fn value(&self, unit: DVec3) -> Option<f32> {
+        self.field.within(unit.clamp(DVec3::ZERO, DVec3::ONE).as_vec3())
     }
 }
 

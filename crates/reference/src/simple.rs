@@ -103,9 +103,8 @@ impl<'a> Simple<'a> {
     fn coefficients(&self, point: DVec3) -> Vec<(Coefficients, Phase)> {
         let at = |volume: &Volume| {
             let unit = volume.unit_from_world.transform_point3(point.as_vec3());
-            // Outside the box there is no medium, whatever a transfer function says of the value 0.
-            let inside = unit.cmpge(Vec3::ZERO).all() && unit.cmple(Vec3::ONE).all();
-            inside.then(|| (volume.optics.at(volume.field.value(unit)), volume.optics.phase()))
+            // Outside there is no medium, whatever a transfer function says of the value 0.
+            volume.field.within(unit).map(|value| (volume.optics.at(value), volume.optics.phase()))
         };
         self.world.volumes.iter().filter_map(at).collect()
     }
@@ -122,6 +121,9 @@ fn highest(volume: &Volume) -> f64 {
             let [x, y, z] = grid.dims;
             let voxels = (0..z).flat_map(|k| (0..y).flat_map(move |j| (0..x).map(move |i| grid.value(i, j, k))));
             sigma_t(voxels.fold(0.0, f32::max))
+        }
+        (_, Field::Mesh(mesh)) => {
+            sigma_t((0..mesh.count()).flat_map(|cell| mesh.corner_values(cell)).fold(0.0, f32::max))
         }
     }
 }

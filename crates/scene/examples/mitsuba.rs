@@ -66,6 +66,7 @@ fn export(scene: &Path, folder: &Path, size: Option<(&str, &str)>) -> Result<()>
                 write_grid(grid, &path)?;
                 json!(path)
             }
+            Field::Mesh(_) => return Err(format!("media.{name}: Mitsuba has no unstructured meshes").into()),
             Field::Exponential { .. } => return Err(format!("media.{name}: Mitsuba has no exponential density").into()),
         };
         media.push(json!({

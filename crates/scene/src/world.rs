@@ -1,5 +1,6 @@
 //! A scene with its assets in memory: what the renderers read.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io;
 use std::sync::Arc;
@@ -8,7 +9,7 @@ use glam::{Mat4, Vec3};
 
 use crate::assets::Assets;
 use crate::description::{Density, Optics, Scene};
-use crate::volume::{Budget, Grid, VolumeError, read_nifti, read_vdb, vdb_grid_names};
+use crate::volume::{Budget, Grid, Mesh, VolumeError, read_nifti, read_vdb, read_vti, read_vtu, vdb_grid_names};
 use crate::{FieldError, document};
 
 /// A loaded scene.
@@ -52,18 +53,27 @@ pub enum Field {
     },
     /// Voxels: voxel (i,j,k) of n has its centre at ((i,j,k) + ½)/n.
     Grid(Arc<Grid>),
+    /// Tetrahedra; outside of them there is no medium.
+    Mesh(Arc<Mesh>),
 }
 
 impl Field {
-    /// The field at a position in the unit cube, trilinear between voxel centres and constant beyond the outermost.
+    /// The field at a position in the unit cube, trilinear between voxel centres and constant beyond the outermost; 0
+    /// where there is no medium.
     pub fn value(&self, unit: Vec3) -> f32 {
+        self.within(unit).unwrap_or(0.0)
+    }
+
+    /// As [`value`](Self::value), but `None` where there is no medium: a transfer function may make something of a 0.
+    pub fn within(&self, unit: Vec3) -> Option<f32> {
         if unit.cmplt(Vec3::ZERO).any() || unit.cmpgt(Vec3::ONE).any() {
-            return 0.0;
+            return None;
         }
         match self {
-            Field::Homogeneous => 1.0,
-            Field::Exponential { base, scale } => (-(unit.y - base) / scale).exp(),
-            Field::Grid(grid) => grid.trilinear(unit),
+            Field::Homogeneous => Some(1.0),
+            Field::Exponential { base, scale } => Some((-(unit.y - base) / scale).exp()),
+            Field::Grid(grid) => Some(grid.trilinear(unit)),
+            Field::Mesh(mesh) => mesh.value(unit),
         }
     }
 }
@@ -138,7 +148,7 @@ impl World {
         let mut hasher = blake3::Hasher::new();
         let depicted = Scene { techniques: BTreeMap::new(), ..scene.clone() };
         hasher.update(serde_json::to_string(&depicted).expect("a scene has only string keys").as_bytes());
-        let mut loader = Loader { assets, left: budget, hasher, grids: BTreeMap::new() };
+        let mut loader = Loader { assets, left: budget, hasher, grids: BTreeMap::new(), meshes: BTreeMap::new() };
         let mut volumes = Vec::new();
         for (name, medium) in &scene.media {
             let (field, local_from_unit) = loader.field(name, &medium.density)?;
@@ -161,9 +171,10 @@ struct Loader<'a> {
     left: Budget,
     hasher: blake3::Hasher,
     grids: BTreeMap<(String, Option<String>), Arc<Grid>>,
+    meshes: BTreeMap<(String, Option<String>), Arc<Mesh>>,
 }
 
-impl Loader<'_> {
+impl<'a> Loader<'a> {
     /// A density as a field over the unit cube, and the map from that cube to the medium's space.
     fn field(&mut self, medium: &str, density: &Density) -> Result<(Field, Mat4), LoadError> {
         let box_map = |min: &Vec3, max: &Vec3| Mat4::from_translation(*min) * Mat4::from_scale(max - min);
@@ -179,6 +190,11 @@ impl Loader<'_> {
                 let map = grid.world_from_unit();
                 (Field::Grid(grid), map)
             }
+            Density::Mesh { file, name } => {
+                let mesh = self.mesh(medium, file, name)?;
+                let map = mesh.world_from_unit();
+                (Field::Mesh(mesh), map)
+            }
         })
     }
 
@@ -193,27 +209,55 @@ impl Loader<'_> {
             let accepted = "no name with a NIfTI file, which holds one volume".into();
             return Err(FieldError { path, found: format!("{name:?}"), accepted }.into());
         }
-        let bytes = self.assets.read(file, self.left.0).map_err(|source| LoadError::Asset {
-            path: path.clone(),
-            file: file.into(),
-            source,
-        })?;
-        let grid = read_grid(file, &bytes, name.as_deref(), self.left).map_err(|source| {
-            let path = match source {
-                VolumeError::NoSuchGrid { .. } | VolumeError::NoGridNamed { .. } => {
-                    format!("media.{medium}.density.grid.name")
-                }
-                _ => path,
-            };
-            LoadError::Volume { path, file: file.into(), source }
-        })?;
-        // With its length, so that bytes cannot move from one asset to the next unseen.
-        self.hasher.update(&(bytes.len() as u64).to_le_bytes()).update(&bytes);
+        let bytes = self.read(&path, file)?;
+        let grid = read_grid(file, &bytes, name.as_deref(), self.left).map_err(|source| wrong(&path, file, source))?;
         self.left.0 = self.left.0.saturating_sub(grid.bytes());
         let grid = Arc::new(grid);
         self.grids.insert(key, grid.clone());
         Ok(grid)
     }
+
+    fn mesh(&mut self, medium: &str, file: &str, name: &Option<String>) -> Result<Arc<Mesh>, LoadError> {
+        let key = (file.to_owned(), name.clone());
+        if let Some(mesh) = self.meshes.get(&key) {
+            return Ok(mesh.clone());
+        }
+        let path = format!("media.{medium}.density.mesh.file");
+        let bytes = self.read(&path, file)?;
+        let mesh = read_mesh(file, &bytes, name.as_deref(), self.left).map_err(|source| wrong(&path, file, source))?;
+        self.left.0 = self.left.0.saturating_sub(mesh.bytes());
+        let mesh = Arc::new(mesh);
+        self.meshes.insert(key, mesh.clone());
+        Ok(mesh)
+    }
+
+    /// An asset's bytes, which count for the world's hash.
+    fn read(&mut self, path: &str, file: &str) -> Result<Cow<'a, [u8]>, LoadError> {
+        let bytes = self.assets.read(file, self.left.0).map_err(|source| LoadError::Asset {
+            path: path.into(),
+            file: file.into(),
+            source,
+        })?;
+        // With its length, so that bytes cannot move from one asset to the next unseen.
+        self.hasher.update(&(bytes.len() as u64).to_le_bytes()).update(&bytes);
+        Ok(bytes)
+    }
+}
+
+/// What is wrong with an asset, at the field that names it or a part of it.
+fn wrong(path: &str, file: &str, source: VolumeError) -> LoadError {
+    let by_name = matches!(
+        source,
+        VolumeError::NoSuchGrid { .. }
+            | VolumeError::NoGridNamed { .. }
+            | VolumeError::NoSuchArray { .. }
+            | VolumeError::NoArrayNamed { .. }
+    );
+    let path = match path.strip_suffix("file").filter(|_| by_name) {
+        Some(density) => format!("{density}name"),
+        None => path.into(),
+    };
+    LoadError::Volume { path, file: file.into(), source }
 }
 
 fn is_nifti(file: &str) -> bool {
@@ -227,9 +271,11 @@ fn read_grid(file: &str, bytes: &[u8], name: Option<&str>, budget: Budget) -> Re
         return read_nifti(bytes, budget);
     }
     let lower = file.to_ascii_lowercase();
+    if lower.ends_with(".vti") {
+        return read_vti(bytes, name, budget);
+    }
     if !lower.ends_with(".vdb") {
-        let found = lower.rsplit_once('.').map_or("no file extension".into(), |(_, e)| format!("extension .{e}"));
-        return Err(VolumeError::Unsupported { found, accepted: ".vdb, .nii or .nii.gz" });
+        return Err(VolumeError::Unsupported { found: extension(&lower), accepted: ".vdb, .nii, .nii.gz or .vti" });
     }
     match name {
         Some(name) => read_vdb(bytes, name, budget),
@@ -238,4 +284,17 @@ fn read_grid(file: &str, bytes: &[u8], name: Option<&str>, budget: Budget) -> Re
             available => Err(VolumeError::NoGridNamed { available: available.to_vec() }),
         },
     }
+}
+
+/// A mesh from a file's bytes; the file's name tells its format.
+fn read_mesh(file: &str, bytes: &[u8], name: Option<&str>, budget: Budget) -> Result<Mesh, VolumeError> {
+    let lower = file.to_ascii_lowercase();
+    if lower.ends_with(".vtu") {
+        return read_vtu(bytes, name, budget);
+    }
+    Err(VolumeError::Unsupported { found: extension(&lower), accepted: ".vtu" })
+}
+
+fn extension(file: &str) -> String {
+    file.rsplit_once('.').map_or("no file extension".into(), |(_, extension)| format!("extension .{extension}"))
 }

@@ -5,6 +5,7 @@ mod agreement;
 mod beer;
 mod furnace;
 mod half_space;
+mod mesh;
 mod phases;
 mod pictures;
 mod robust;

@@ -45,12 +45,23 @@ pub enum Density {
         #[serde(with = "Positive")]
         scale_height: f32,
     },
-    /// Voxels from a file (OpenVDB `.vdb`, NIfTI `.nii` or `.nii.gz`), interpolated trilinearly. The file's own
-    /// transform applies, then the medium's; NIfTI space is right-anterior-superior, its millimetres become metres.
+    /// Voxels from a file (OpenVDB `.vdb`, NIfTI `.nii` or `.nii.gz`, VTK `.vti`), interpolated trilinearly. The file's
+    /// own transform applies, then the medium's; NIfTI space is right-anterior-superior, its millimetres become metres; a
+    /// VTK file's lengths are taken as metres.
     Grid {
         /// Path relative to the scene file.
         file: String,
-        /// Which grid of a `.vdb` file; may be left out where there is only one.
+        /// Which grid of a `.vdb` file, or array of a `.vti` file; may be left out where there is only one.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        name: Option<String>,
+    },
+    /// An unstructured mesh from a VTK file (`.vtu`) of tetrahedra, hexahedra, wedges or pyramids: linear in each
+    /// tetrahedron, into which the others are divided. Its lengths are taken as metres. Outside of its cells there is no
+    /// medium. Rendered by the technique `cells`.
+    Mesh {
+        /// Path relative to the scene file.
+        file: String,
+        /// Which array of scalars, on points or cells; may be left out where there is only one.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         name: Option<String>,
     },

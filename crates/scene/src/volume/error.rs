@@ -15,6 +15,12 @@ pub enum VolumeError {
         /// What stands where the header should be.
         found: String,
     },
+    /// The bytes are not a VTK XML file.
+    #[error("not a VTK XML file: {found}; accepted are .vtu and .vti as VTK writes them")]
+    NotVtk {
+        /// What stands where XML should be.
+        found: String,
+    },
     /// The file ends too early.
     #[error("the file ends at byte {at}, within {what}")]
     Truncated {
@@ -51,6 +57,41 @@ pub enum VolumeError {
         /// The names of the file's grids, in its order.
         available: Vec<String>,
     },
+    /// A VTK file has no array of that name.
+    #[error("found no array named {name:?} on points or cells; accepted: {}", arrays(available))]
+    NoSuchArray {
+        /// The name that was asked for.
+        name: String,
+        /// The names of the file's arrays on points, then on cells.
+        available: Vec<String>,
+    },
+    /// A VTK file has no array, or several of which none was named and none is active.
+    #[error("found {}; accepted: the name of one array", arrays(available))]
+    NoArrayNamed {
+        /// The names of the file's arrays on points, then on cells.
+        available: Vec<String>,
+    },
+    /// A mesh contradicts itself.
+    #[error("the mesh is malformed: {what}")]
+    Mesh {
+        /// What was found, and what is accepted.
+        what: String,
+    },
+    /// The mesh would not fit into the budget.
+    #[error(
+        "a mesh of {vertices} vertices and {tetrahedra} tetrahedra needs {bytes} bytes while it is made; the budget is \
+         {budget}"
+    )]
+    MeshTooLarge {
+        /// How many vertices.
+        vertices: usize,
+        /// How many tetrahedra; 0 where they have not been counted.
+        tetrahedra: usize,
+        /// Bytes that it would need (saturated).
+        bytes: u64,
+        /// Bytes allowed.
+        budget: u64,
+    },
     /// The dense grid would not fit into the budget. Nothing was allocated.
     #[error("a grid of {} x {} x {} voxels needs {bytes} bytes; the budget is {budget}", dims[0], dims[1], dims[2])]
     TooLarge {
@@ -80,11 +121,20 @@ pub enum VolumeError {
 
 /// Grids as a message lists them: their names are free text.
 fn names(available: &[String]) -> String {
+    list("grid", available)
+}
+
+/// As [`names`], arrays.
+fn arrays(available: &[String]) -> String {
+    list("array", available)
+}
+
+fn list(what: &str, available: &[String]) -> String {
     match available {
-        [] => "a file without grids".into(),
-        [only] => format!("the grid {only:?}"),
+        [] => format!("a file without {what}s"),
+        [only] => format!("the {what} {only:?}"),
         several => {
-            format!("the grids {}", several.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", "))
+            format!("the {what}s {}", several.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", "))
         }
     }
 }

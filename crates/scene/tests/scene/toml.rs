@@ -218,10 +218,13 @@ fn densities() {
         &format!("{CAMERA}[media.a]\noptics.coefficients = {{}}\n"),
         &[
             ("", "4:1: media.a: found no `density`; accepted: a table with `density`, which has no default"),
-            ("density = 3", "6:11: media.a.density: found 3; accepted: one of `homogeneous`, `exponential`, `grid`"),
+            (
+                "density = 3",
+                "6:11: media.a.density: found 3; accepted: one of `homogeneous`, `exponential`, `grid`, `mesh`",
+            ),
             (
                 "density.cube = {}",
-                "6:9: media.a.density: found `cube`; accepted: one of `homogeneous`, `exponential`, `grid`",
+                "6:9: media.a.density: found `cube`; accepted: one of `homogeneous`, `exponential`, `grid`, `mesh`",
             ),
             (
                 "density.homogeneous = { min = [0, 0, 0], max = [1, 1, 0] }",
