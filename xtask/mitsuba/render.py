@@ -1,6 +1,7 @@
 """Renders a scene that `cargo xtask bench mitsuba` wrote down as JSON, with Mitsuba 3.
 
     python render.py SCENE.json OUT --batches N --spp N --seed N [--integrator I] [--variant V]
+        [--max-depth D]
 
 OUT.mean.f32 and OUT.variance.f32 hold, as raw little-endian float32, height x width x 3 values: the mean of all samples
 and the unbiased variance of one sample, which comes from the spread of the batches' means. OUT.json holds the number of
@@ -70,13 +71,13 @@ def medium(volume):
     return {"type": "cube", "to_world": cube, "bsdf": {"type": "null"}, "interior": interior}
 
 
-def scene(description, integrator):
+def scene(description, integrator, max_depth):
     """The whole scene."""
     camera, (width, height) = description["camera"], description["size"]
     result = {
         "type": "scene",
         # No Russian roulette: that of volpathmis loses light.
-        "integrator": {"type": integrator, "max_depth": -1, "rr_depth": 2**30},
+        "integrator": {"type": integrator, "max_depth": max_depth, "rr_depth": 2**30},
         "sensor": {
             "type": "perspective",
             "fov": camera["fov"],
@@ -111,11 +112,12 @@ def main():
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--integrator", default="volpath")
     parser.add_argument("--variant", default="scalar_rgb")
+    parser.add_argument("--max-depth", type=int, default=-1, help="2: light scatters once; -1: as often as it does")
     arguments = parser.parse_args()
     mi.set_variant(arguments.variant)
     with open(arguments.scene) as file:
         description = json.load(file)
-    loaded = mi.load_dict(scene(description, arguments.integrator))
+    loaded = mi.load_dict(scene(description, arguments.integrator, arguments.max_depth))
 
     def batch(seed):
         return np.array(mi.render(loaded, spp=arguments.spp, seed=seed), dtype=np.float64)
