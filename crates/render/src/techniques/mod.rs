@@ -4,6 +4,7 @@ pub mod march;
 
 use std::pin::Pin;
 
+use tyndall_scene::World;
 use tyndall_scene::parameter::{Parameter, Settings};
 
 use crate::RenderError;
@@ -33,6 +34,8 @@ pub struct Technique {
 pub struct Recording<'r, 'a> {
     /// The list of passes.
     pub graph: &'r mut Graph<'a>,
+    /// The world.
+    pub world: &'r World,
     /// The world on the device.
     pub resident: &'r Resident,
     /// The parameters' values.
