@@ -1,6 +1,7 @@
 //! Techniques: a folder each, and a line here. The build lists the folders.
 
 pub mod march;
+pub mod slicing;
 
 use std::pin::Pin;
 

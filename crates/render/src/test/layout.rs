@@ -50,6 +50,10 @@ fn shared_structs_have_one_layout() {
     assert_eq!(rust_layout::<Light, _>(), shader_layout(march, "Light"));
     assert_eq!(rust_layout::<techniques::march::March, _>(), shader_layout(march, "March"));
     assert_eq!(techniques::march::PATH_BYTES, shader_layout(march, "Path").1);
+    assert_eq!(
+        rust_layout::<techniques::slicing::Slicing, _>(),
+        shader_layout("techniques/slicing/slicing", "Slicing")
+    );
     assert_eq!(rust_layout::<display::Parameters, _>(), shader_layout("display/display", "Display"));
 }
 
