@@ -1,7 +1,9 @@
 //! Techniques: a folder each, and a line here. The build lists the folders.
 
 pub mod march;
+pub mod project;
 pub mod slicing;
+pub mod splatting;
 
 use std::pin::Pin;
 

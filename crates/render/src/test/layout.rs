@@ -54,6 +54,12 @@ fn shared_structs_have_one_layout() {
         rust_layout::<techniques::slicing::Slicing, _>(),
         shader_layout("techniques/slicing/slicing", "Slicing")
     );
+    let splats = "techniques/splatting/splats";
+    assert_eq!(rust_layout::<techniques::splatting::Splat, _>(), shader_layout(splats, "Splat"));
+    assert_eq!(
+        rust_layout::<techniques::project::Project, _>(),
+        shader_layout("techniques/project/project", "Project")
+    );
     assert_eq!(rust_layout::<display::Parameters, _>(), shader_layout("display/display", "Display"));
 }
 
