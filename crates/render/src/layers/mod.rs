@@ -3,6 +3,7 @@
 //! A layer has the premultiplied colour (L, α). Fixed-function blending lays it over what is behind it, or under what is
 //! before it [PorterDuff84]; both give L_front + (1 − α_front)·L_back. There is one α for all three channels.
 
+use glam::Vec3;
 use tyndall_scene::description::Optics;
 use tyndall_scene::{FieldError, World};
 use wgpu::{BlendComponent, BlendFactor, BlendOperation, BlendState};
@@ -71,11 +72,11 @@ pub async fn before_environment(
 /// # Errors
 /// A medium whose extinction is coloured: a layer has one opacity.
 pub fn check(world: &World) -> Result<(), RenderError> {
-    if !world.scene.lights.is_empty() {
-        tracing::info!("media are not lit: only the environment behind them is seen; technique march lights them");
-    }
     for volume in &world.volumes {
         let Optics::Coefficients { sigma_s, sigma_a, .. } = &volume.optics else { continue };
+        if *sigma_s != Vec3::ZERO {
+            tracing::warn!("media.{}: what it scatters is left out here; technique march has it", volume.name);
+        }
         let sigma_t = *sigma_s + *sigma_a;
         if sigma_t.max_element() - sigma_t.min_element() > 1e-5 * sigma_t.max_element() {
             return Err(RenderError::Setting(FieldError {

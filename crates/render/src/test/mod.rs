@@ -52,10 +52,11 @@ pub fn render(gpu: &Gpu, world: &World) -> Result<crate::Rendering, RenderError>
     pollster::block_on(crate::render(gpu, world, &mut |_| std::ops::ControlFlow::Continue(())))
 }
 
-/// A Gaussian blob that absorbs and emits, in 32³ voxels of a turned box, with the settings of a technique.
+/// A Gaussian blob that absorbs and emits, in 32³ voxels of a turned box, on a film wider than a tile, with the
+/// settings of a technique.
 pub fn blob(technique: &str) -> World {
     let mut world = world(&format!(
-        "camera = {{ position = [1.1, 0.7, 1.4], target = [0, 0, 0], fov = 40 }}\nfilm.size = [80, 60]\n\
+        "camera = {{ position = [1.1, 0.7, 1.4], target = [0, 0, 0], fov = 40 }}\nfilm.size = [140, 60]\n\
          lights.sky.constant.radiance = [0.1, 0.2, 0.4]\n{technique}\n[media.blob]\n\
          density.homogeneous = {{ min = [-0.5, -0.5, -0.5], max = [0.5, 0.5, 0.5] }}\n\
          optics.coefficients = {{ sigma_a = 8, emission = [9, 4, 1] }}\ntransform.rotate = [20, 30, 40]"

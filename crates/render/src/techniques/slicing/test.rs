@@ -10,8 +10,9 @@ const SKY: &str = "lights.sky.constant.radiance = 1\n";
 const SLAB: &str = "[media.slab]\ndensity.homogeneous = { min = [-0.5, -0.5, -0.5], max = [0.5, 0.5, 0.5] }\n\
                     transform.rotate = [20, 30, 40]\n";
 
+/// A film wider than a tile.
 fn camera(position: &str) -> String {
-    format!("camera = {{ position = {position}, target = [0, 0, 0], fov = 50 }}\nfilm.size = [40, 30]\n{SKY}")
+    format!("camera = {{ position = {position}, target = [0, 0, 0], fov = 50 }}\nfilm.size = [150, 30]\n{SKY}")
 }
 
 fn relative_rmse(found: &Image, expected: &Image) -> f64 {
