@@ -12,7 +12,8 @@ pub struct Draw<'t> {
     pub instances: u32,
     /// Instances a submission at most: drivers end those that take too long.
     pub batch: u32,
-    /// A texture of the film's size. It is cleared to 0 before the first instance.
+    /// A texture of the film's size. All of it is cleared to 0 before the first instance of each tile: later passes over the
+    /// film find in it what belongs to their tile.
     pub target: &'t wgpu::Texture,
     /// How a fragment goes together with what is there.
     pub blend: wgpu::BlendState,

@@ -56,6 +56,7 @@ fn shared_structs_have_one_layout() {
     );
     let splats = "techniques/splatting/splats";
     assert_eq!(rust_layout::<techniques::splatting::Splat, _>(), shader_layout(splats, "Splat"));
+    assert_eq!(rust_layout::<techniques::splatting::Kernel, _>(), shader_layout(splats, "Kernel"));
     assert_eq!(
         rust_layout::<techniques::project::Project, _>(),
         shader_layout("techniques/project/project", "Project")
