@@ -1,9 +1,13 @@
 //! Techniques: a folder each, and a line here. The build lists the folders.
 
 pub mod march;
+pub mod project;
+pub mod slicing;
+pub mod splatting;
 
 use std::pin::Pin;
 
+use tyndall_scene::World;
 use tyndall_scene::parameter::{Parameter, Settings};
 
 use crate::RenderError;
@@ -33,6 +37,8 @@ pub struct Technique {
 pub struct Recording<'r, 'a> {
     /// The list of passes.
     pub graph: &'r mut Graph<'a>,
+    /// The world.
+    pub world: &'r World,
     /// The world on the device.
     pub resident: &'r Resident,
     /// The parameters' values.

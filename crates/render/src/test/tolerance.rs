@@ -21,3 +21,22 @@ pub const PLUME_HIGH: f64 = 0.005;
 pub const ROUNDS: f64 = 1e-6;
 /// Mean FLIP of a golden: below this no one sees a difference, and another compiler's rounding stays below it.
 pub const GOLDEN_FLIP: f64 = 0.002;
+/// Slices against steps of one voxel: both sample in the middle of segments, at other places. A hundredth is below what is seen.
+pub const SLICES: f64 = 0.01;
+/// Some hundred layers blended back to front against front to back: single-precision sums in another order.
+pub const BLENDING: f64 = 1e-5;
+/// Some hundred layers blended in half floats: each blend rounds to 11 bits.
+pub const HALF_FLOAT_LAYERS: f64 = 0.05;
+/// A footprint summed over pixels a fortieth of its width: the edge at the cutoff is met by some pixels and missed by others.
+pub const FOOTPRINT: f64 = 0.01;
+/// A box of Gaussians 0.6 voxels wide: their sum ripples by 2e^{−2π²·0.36} = 0.2 % along an axis, and by 1 % as they end at 3
+/// standard deviations; times σL = 2.
+pub const SPLATTED_BOX: f64 = 0.03;
+/// Splats of the blob against the marcher: smooth data, the kernel's blur is nearly all.
+pub const SPLATTED_BLOB: f64 = 0.005;
+/// As [`SPLATTED_BLOB`], for the plume, whose edges are a voxel wide.
+pub const SPLATTED_PLUME: f64 = 0.05;
+/// As [`SPLATTED_BLOB`], for the fire: splats have their voxel's colour, the marcher has that of values between voxels.
+pub const SPLATTED_FIRE: f64 = 0.2;
+/// Projections at the default step of half a voxel against a 50th: a peak may lie between two samples.
+pub const PROJECTION: f64 = 0.02;

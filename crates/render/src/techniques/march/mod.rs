@@ -178,7 +178,7 @@ struct Lights {
     lights: Vec<Light>,
 }
 
-async fn record(Recording { graph, resident, settings, film }: Recording<'_, '_>) -> Result<(), RenderError> {
+async fn record(Recording { graph, resident, settings, film, .. }: Recording<'_, '_>) -> Result<(), RenderError> {
     let gpu = graph.gpu();
     let model = settings.choice("model");
     let scattering = model == "single_scattering";
