@@ -68,6 +68,8 @@ fn encode(volume: &tyndall_scene::Volume) -> Volume {
         Field::Homogeneous => (0, Vec2::ZERO),
         Field::Exponential { base, scale } => (1, Vec2::new(base, scale)),
         Field::Grid(_) => (2, Vec2::ZERO),
+        // Only `techniques.cells` renders it, which knows what it is.
+        Field::Mesh(_) => (0, Vec2::ZERO),
     };
     let common = Volume {
         unit_from_world: volume.unit_from_world,

@@ -1,10 +1,12 @@
 //! Techniques: a folder each, and a line here. The build lists the folders.
 
+pub mod cells;
 pub mod march;
 
 use std::pin::Pin;
 
 use tyndall_scene::parameter::{Parameter, Settings};
+use tyndall_scene::{Field, FieldError, World};
 
 use crate::RenderError;
 use crate::graph::Graph;
@@ -39,6 +41,8 @@ pub struct Recording<'r, 'a> {
     pub settings: &'r Settings,
     /// The texture to fill.
     pub film: &'r wgpu::Texture,
+    /// The world that is on the device.
+    pub world: &'r World,
 }
 
 /// A recording in progress; it waits for the device's verdict on each pass.
@@ -63,5 +67,18 @@ pub fn chosen(scene: &tyndall_scene::Scene) -> Result<(&'static Technique, Setti
             accepted: format!("one technique (the scene also has {name})"),
         }),
         (None, _) => Err(RenderError::NoSuchTechnique { found: name.into(), accepted: names() }),
+    }
+}
+
+/// Refuses unstructured meshes, in the name of a technique that does not render them.
+fn without_meshes(world: &World, technique: &str) -> Result<(), RenderError> {
+    match world.volumes.iter().find(|volume| matches!(volume.field, Field::Mesh(_))) {
+        None => Ok(()),
+        Some(volume) => Err(FieldError {
+            path: format!("media.{}.density.mesh", volume.name),
+            found: format!("a mesh, with techniques.{technique}"),
+            accepted: "a mesh with techniques.cells".into(),
+        }
+        .into()),
     }
 }

@@ -49,6 +49,11 @@ fn shared_structs_have_one_layout() {
     assert_eq!(rust_layout::<Light, _>(), shader_layout(march, "Light"));
     assert_eq!(rust_layout::<techniques::march::March, _>(), shader_layout(march, "March"));
     assert_eq!(techniques::march::PATH_BYTES, shader_layout(march, "Path").1);
+    let cells = "techniques/cells/cells";
+    assert_eq!(rust_layout::<techniques::cells::Cells, _>(), shader_layout(cells, "Cells"));
+    assert_eq!(rust_layout::<techniques::cells::Tetrahedron, _>(), shader_layout(cells, "Tetrahedron"));
+    assert_eq!(rust_layout::<techniques::cells::Node, _>(), shader_layout(cells, "Node"));
+    assert_eq!(techniques::cells::PATH_BYTES, shader_layout(cells, "Path").1);
     assert_eq!(rust_layout::<display::Parameters, _>(), shader_layout("display/display", "Display"));
 }
 

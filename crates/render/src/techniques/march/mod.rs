@@ -19,7 +19,7 @@ mod test;
 use glam::Vec3;
 use tyndall_scene::parameter::{Kind, Parameter};
 
-use super::{Recording, Technique};
+use super::{Recording, Technique, without_meshes};
 use crate::graph::{Shader, shader};
 use crate::resident::{Light, Resident};
 use crate::{Gpu, RenderError};
@@ -94,7 +94,8 @@ struct Lights {
     lights: Vec<Light>,
 }
 
-async fn record(Recording { graph, resident, settings, film }: Recording<'_, '_>) -> Result<(), RenderError> {
+async fn record(Recording { graph, resident, settings, film, world }: Recording<'_, '_>) -> Result<(), RenderError> {
+    without_meshes(world, TECHNIQUE.name)?;
     let gpu = graph.gpu();
     let model = settings.choice("model");
     let scattering = model == "single_scattering";
