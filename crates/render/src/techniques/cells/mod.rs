@@ -102,11 +102,25 @@ pub(crate) struct Tetrahedron {
 /// Bytes of a `Path` in `cells.wesl`.
 pub(crate) const PATH_BYTES: u64 = 64;
 
-/// The buffers `lights`, `tetrahedra` and `nodes`.
+/// The buffer `lights`.
 #[derive(Debug, encase::ShaderType)]
-struct Array<T: encase::ShaderType + encase::ShaderSize> {
+struct Lights {
     #[shader(size(runtime))]
-    elements: Vec<T>,
+    lights: Vec<Light>,
+}
+
+/// The buffer `tetrahedra`.
+#[derive(Debug, encase::ShaderType)]
+struct Tetrahedra {
+    #[shader(size(runtime))]
+    tetrahedra: Vec<Tetrahedron>,
+}
+
+/// The buffer `nodes`.
+#[derive(Debug, encase::ShaderType)]
+struct Nodes {
+    #[shader(size(runtime))]
+    nodes: Vec<Node>,
 }
 
 async fn record(Recording { graph, resident, settings, film, world }: Recording<'_, '_>) -> Result<(), RenderError> {
@@ -114,7 +128,7 @@ async fn record(Recording { graph, resident, settings, film, world }: Recording<
     let (volume, mesh) = only_mesh(world)?;
     check_size(gpu, volume, mesh)?;
     let model = settings.choice("model");
-    let lights = if model == "single_scattering" { resident.lights.clone() } else { Vec::<Light>::new() };
+    let lights = if model == "single_scattering" { resident.lights.clone() } else { Vec::new() };
     let nodes = boundary::hierarchy(mesh);
     let entries = resident.transfers.width() - 1;
     let mut cells = Cells {
@@ -146,9 +160,9 @@ async fn record(Recording { graph, resident, settings, film, world }: Recording<
         let neighbours = mesh.neighbours(cell).map(|neighbour| neighbour.unwrap_or(NOWHERE));
         Tetrahedron { corners: [0, 1, 2, 3].map(|i| corners[i].extend(values[i])), neighbours: neighbours.into() }
     });
-    let tetrahedra = gpu.buffer("tetrahedra", &Array { elements: tetrahedra.collect() });
-    let nodes = gpu.buffer("nodes", &Array { elements: nodes });
-    let lights = gpu.buffer("lights", &Array { elements: lights });
+    let tetrahedra = gpu.buffer("tetrahedra", &Tetrahedra { tetrahedra: tetrahedra.collect() });
+    let nodes = gpu.buffer("nodes", &Nodes { nodes });
+    let lights = gpu.buffer("lights", &Lights { lights });
     let cells = gpu.buffer("cells", &cells);
     let tile = graph.tile();
     graph
