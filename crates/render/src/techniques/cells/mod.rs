@@ -140,12 +140,12 @@ async fn record(Recording { graph, resident, settings, film, world }: Recording<
         steps_per_round: 0,
         samples: settings.number("samples") as u32,
         nodes: nodes.len() as u32,
-        visits: 128 + 8 * (nodes.len() as f32).sqrt() as u32,
+        visits: 256 + 16 * (nodes.len() as f32).sqrt() as u32,
         light_cells: most_crossed(volume, mesh),
         unfinished: f32::NAN,
     };
-    let steps = most_pieces(volume, mesh, &cells, settings.number("value_step"));
-    (cells.rounds, cells.steps_per_round) = rounds(gpu, &cells, u64::from(cells.light_cells) * u64::from(steps))?;
+    let steps = most_steps(volume, mesh, &cells, settings.number("value_step"));
+    (cells.rounds, cells.steps_per_round) = rounds(gpu, &cells, steps)?;
     let rounds = cells.rounds * cells.samples;
     let several = rounds > 1;
     let side = u64::from(gpu.tile_side());
@@ -215,19 +215,20 @@ fn check_size(gpu: &Gpu, volume: &Volume, mesh: &Mesh) -> Result<(), RenderError
     })
 }
 
-/// How many cells a ray may cross. By Cauchy's formula a line meets half a mesh's faces' area per volume and length; four
-/// times that along the box's diagonal, and some more. A ray that meets more is not finished, and shows it.
+/// How many cells a ray may cross. By Cauchy's formula a line meets half the faces' area per volume and length; four times
+/// that along the box's diagonal, and some more. A ray that meets more is not finished, and shows it.
 fn most_crossed(volume: &Volume, mesh: &Mesh) -> u32 {
     const LEAST: f64 = 64.0;
     let m = volume.world_from_unit.as_dmat4();
-    let area = |cell: usize| {
+    let (mut area, mut space) = (0.0, 0.0);
+    for cell in 0..mesh.count() {
         let [a, b, c, d] = mesh.corners(cell).map(|corner| m.transform_point3(corner.as_dvec3()));
         let triangles = [[b, c, d], [a, c, d], [a, b, d], [a, b, c]];
-        triangles.map(|[p, q, r]| 0.5 * (q - p).cross(r - p).length()).iter().sum::<f64>()
-    };
-    // Nearly every face belongs to two cells.
-    let faces = 0.5 * (0..mesh.count()).map(area).sum::<f64>();
-    let mean = 0.5 * faces / m.determinant().abs() * diagonal(volume);
+        // Nearly every face belongs to two cells.
+        area += triangles.map(|[p, q, r]| 0.25 * (q - p).cross(r - p).length()).iter().sum::<f64>();
+        space += (b - a).cross(c - a).dot(d - a).abs() / 6.0;
+    }
+    let mean = 0.5 * area / space * diagonal(volume);
     (LEAST + 4.0 * mean).min(mesh.count() as f64 + 1.0) as u32
 }
 
@@ -238,30 +239,29 @@ fn diagonal(volume: &Volume) -> f64 {
     [x + y + z, x + y - z, x - y + z, x - y - z].map(|d| d.length()).into_iter().fold(0.0, f64::max)
 }
 
-/// Into how many pieces a cell is cut at most, as `step_on` does.
-fn most_pieces(volume: &Volume, mesh: &Mesh, cells: &Cells, value_step: f32) -> u32 {
-    let pieces = |cell: usize| {
-        let values = mesh.corner_values(cell);
-        let low = values.into_iter().fold(f32::INFINITY, f32::min);
-        let high = values.into_iter().fold(f32::NEG_INFINITY, f32::max);
-        match &volume.optics {
-            Optics::Transfer(transfer) => {
-                let ends = [transfer.stops.first(), transfer.stops.last()].map(|stop| stop.map_or(0.0, |s| s.value));
-                let range = ends[1] - ends[0];
-                (high - low) / (value_step * if range > 0.0 { range } else { 1.0 })
-            }
-            Optics::Coefficients { sigma_s, sigma_a, .. } if cells.lights > 0 => {
-                let corners = mesh.corners(cell).map(|corner| volume.world_from_unit.transform_point3(corner));
-                let edges = corners.iter().flat_map(|a| corners.iter().map(move |b| a.distance(*b)));
-                let longest = edges.fold(0.0, f32::max);
-                high.max(0.0) * longest * (sigma_s + sigma_a).max_element() / cells.depth_step
-            }
-            Optics::Coefficients { .. } => 1.0,
+/// How many steps a camera ray may take: one a cell, and what its pieces add, of which `step_on` says how many they are.
+fn most_steps(volume: &Volume, mesh: &Mesh, cells: &Cells, value_step: f32) -> u64 {
+    let values = || (0..mesh.count()).map(|cell| mesh.corner_values(cell));
+    let highest = values().flatten().fold(0.0, f32::max);
+    let crossed = f64::from(cells.light_cells);
+    let more = match &volume.optics {
+        Optics::Transfer(transfer) => {
+            let ends = [transfer.stops.first(), transfer.stops.last()].map(|stop| stop.map_or(0.0, |s| s.value));
+            let range = if ends[0] < ends[1] { ends[1] - ends[0] } else { 1.0 };
+            let span = |values: [f32; 4]| {
+                values.into_iter().fold(f32::NEG_INFINITY, f32::max) - values.into_iter().fold(f32::INFINITY, f32::min)
+            };
+            crossed * f64::from(values().map(span).fold(0.0, f32::max) / (range * value_step))
         }
+        Optics::Coefficients { sigma_s, sigma_a, .. } if cells.lights > 0 => {
+            let sigma_t = (sigma_s + sigma_a).as_dvec3();
+            let terminated = -f64::from(cells.termination).ln() / sigma_t.min_element();
+            let density = terminated.min(f64::from(highest) * diagonal(volume));
+            density * sigma_t.max_element() / f64::from(cells.depth_step)
+        }
+        Optics::Coefficients { .. } => 0.0,
     };
-    // A piece more than what rounding might make of it.
-    let most = (0..mesh.count()).map(pieces).fold(1.0, f32::max);
-    (most + 1.0).clamp(1.0, MOST_STEPS) as u32
+    (crossed + more).min(crossed * f64::from(MOST_STEPS)).ceil() as u64
 }
 
 /// Into how many rounds, of how many steps, a camera ray is cut so that no invocation makes more loop iterations than the
