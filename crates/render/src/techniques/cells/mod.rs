@@ -140,7 +140,7 @@ async fn record(Recording { graph, resident, settings, film, world }: Recording<
         steps_per_round: 0,
         samples: settings.number("samples") as u32,
         nodes: nodes.len() as u32,
-        visits: 256 + 16 * (nodes.len() as f32).sqrt() as u32,
+        visits: 512 + 64 * (nodes.len() as f32).sqrt() as u32,
         light_cells: most_crossed(volume, mesh),
         unfinished: f32::NAN,
     };

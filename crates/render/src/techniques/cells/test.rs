@@ -198,9 +198,10 @@ fn the_shipped_mesh_in_rounds() {
     assets.0.push(("tetrahedra.vtu", include_bytes!("../../../../../scenes/tetrahedra.vtu")));
     let world = world_of(&text.replace("depth_step = 0.25", "depth_step = 0.25\nsamples = 2"), &assets);
     let few = picture(&gpu, &world);
-    assert!(few.pixels.iter().flatten().all(|value| value.is_finite()), "every pixel is finished");
+    let open = few.pixels.iter().flatten().filter(|value| !value.is_finite()).count();
+    assert_eq!(open, 0, "values of pixels are not finished");
     assert!(few.pixels.iter().filter(|pixel| pixel[0] > 0.0).count() > 100, "there is something to see");
-    gpu.limit_iterations(20_000);
+    gpu.limit_iterations(30_000);
     let error = metrics::linear::linear_errors(&picture(&gpu, &world), &few).relative_rmse;
     assert!(error <= tolerance::ROUNDS, "relative RMSE {error}");
 }
