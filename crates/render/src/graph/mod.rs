@@ -161,21 +161,39 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
         self
     }
 
-    /// The media, and what a shader that imports `resident/volume.wesl` is specialised for.
+    /// The media: of what `resident/volume.wesl` binds and is specialised for, as much as the shader uses.
     pub fn volumes(mut self, resident: &Resident) -> Self {
+        // A shader that cannot be reflected is an error when the pass is recorded.
+        let Ok(reflection) = self.shader.reflect() else { return self };
         let traits = &resident.traits;
-        self = self
-            .constant("VOLUMES", traits.count)
-            .constant("GRIDS", traits.grids)
-            .constant("EXPONENTIALS", traits.exponentials)
-            .constant("TRANSFERS", traits.transfers)
-            .constant("PLANES", traits.planes);
-        self.read("volumes", &resident.volumes)
-            .read("extras", &resident.extras)
-            .read("bricks", &resident.bricks)
-            .read("atlas", &resident.atlas)
-            .read("transfers", &resident.transfers)
-            .read("linear", &resident.linear)
+        let constants = [
+            ("VOLUMES", f64::from(traits.count)),
+            ("GRIDS", f64::from(traits.grids)),
+            ("EXPONENTIALS", f64::from(traits.exponentials)),
+            ("TRANSFERS", f64::from(traits.transfers)),
+            ("PLANES", f64::from(traits.planes)),
+            ("SHADED", f64::from(traits.shaded)),
+            ("SURFACES", f64::from(traits.surfaces)),
+        ];
+        for (name, value) in constants {
+            if reflection.overrides.iter().any(|used| used == name) {
+                self = self.constant(name, value);
+            }
+        }
+        let resources: [(_, Resource); 6] = [
+            ("volumes", (&resident.volumes).into()),
+            ("extras", (&resident.extras).into()),
+            ("bricks", (&resident.bricks).into()),
+            ("atlas", (&resident.atlas).into()),
+            ("transfers", (&resident.transfers).into()),
+            ("linear", (&resident.linear).into()),
+        ];
+        for (name, resource) in resources {
+            if reflection.bindings.iter().any(|used| used.name == name) {
+                self = self.read(name, resource);
+            }
+        }
+        self
     }
 
     /// Makes what the pass works with and its bind group, and appends it to the list.

@@ -80,7 +80,7 @@ fn a_dispatch_runs_once_a_frame() {
     pollster::block_on(pass.dispatch([1, 1, 1], 2)).unwrap();
     let mut profiler = wgpu_profiler::GpuProfiler::new(&gpu.device, Default::default()).unwrap();
     for x in [0, 64, 128] {
-        graph.submit(Tile { origin: glam::uvec2(x, 0), size: glam::UVec2::ONE, round: 0 }, &mut profiler);
+        graph.submit(Tile { origin: glam::uvec2(x, 0), size: glam::UVec2::ONE, ..Default::default() }, &mut profiler);
     }
     profiler.end_frame().unwrap();
     gpu.wait().unwrap();

@@ -63,6 +63,11 @@ fn shared_structs_have_one_layout() {
         rust_layout::<techniques::project::Project, _>(),
         shader_layout("techniques/project/project", "Project")
     );
+    let cells = "techniques/cells/cells";
+    assert_eq!(rust_layout::<techniques::cells::Cells, _>(), shader_layout(cells, "Cells"));
+    assert_eq!(rust_layout::<techniques::cells::Tetrahedron, _>(), shader_layout(cells, "Tetrahedron"));
+    assert_eq!(rust_layout::<techniques::cells::Node, _>(), shader_layout(cells, "Node"));
+    assert_eq!(techniques::cells::PATH_BYTES, shader_layout(cells, "Path").1);
     assert_eq!(rust_layout::<display::Parameters, _>(), shader_layout("display/display", "Display"));
 }
 

@@ -11,6 +11,12 @@ pub const EXACT: f64 = 2e-5;
 pub const SMOOTH: f64 = 5e-4;
 /// Single scattering in a homogeneous box at the default step of 1/64 of the box: second order, (σ_t/64)²/24 with σ_t = 6.
 pub const SINGLE_SCATTERING: f64 = 4e-4;
+/// Single scattering from cell to cell at the default `depth_step` h = 0.1: second order, h²/8 where camera and light look
+/// the same way.
+pub const CELLS_SCATTERING: f64 = 1.5e-3;
+/// A transfer function's tent from cell to cell at the default `value_step`: second order but for its tip, and 64 pieces a
+/// cell at most.
+pub const CELLS_TRANSFER: f64 = 1e-3;
 /// Trilinear interpolation in hardware may have 8 fractional bits; a constant grid is exact but for half floats.
 pub const CONSTANT_GRID: f64 = 5e-5;
 /// Relative RMSE of the plume at default settings, against the reference: what the issue asks for.

@@ -12,6 +12,7 @@ use crate::corrupt::check_finite;
 use crate::{BOX, CAMERA, SCENES};
 
 const SMOKE: &[u8] = include_bytes!("../../../../scenes/smoke.vdb");
+const KNOT: &[u8] = include_bytes!("../../../../scenes/tetrahedra.vtu");
 const ENOUGH: Budget = Budget(1 << 30);
 
 fn scene(index: usize) -> Scene {
@@ -129,13 +130,13 @@ fn what_cannot_be_loaded() {
         ),
         (
             "density.grid.file = \"raw.dat\"",
-            "s.toml:6:21: media.a.density.grid.file: \"raw.dat\": unsupported: extension .dat; accepted: .vdb, .nii or \
-             .nii.gz",
+            "s.toml:6:21: media.a.density.grid.file: \"raw.dat\": unsupported: extension .dat; accepted: .vdb, .nii, \
+             .nii.gz or .vti",
         ),
         (
             "density.grid.file = \"bare\"",
-            "s.toml:6:21: media.a.density.grid.file: \"bare\": unsupported: no file extension; accepted: .vdb, .nii or \
-             .nii.gz",
+            "s.toml:6:21: media.a.density.grid.file: \"bare\": unsupported: no file extension; accepted: .vdb, .nii, \
+             .nii.gz or .vti",
         ),
         (
             "density.grid.file = \"text.vdb\"",
@@ -253,4 +254,26 @@ fn every_shipped_scene_but_the_brain_loads() {
         check_finite(&world);
     }
     assert!(matches!(load(scene(3)), Err(LoadError::Asset { .. })));
+}
+
+/// A mesh comes from its file, counts for the hash, is shared by media that name it, and says what it has none of.
+#[test]
+fn meshes() {
+    let knot = scene(4);
+    let assets = [("tetrahedra.vtu", KNOT)];
+    let world = World::load(knot.clone(), &Embedded(assets.to_vec()), ENOUGH).unwrap();
+    let Field::Mesh(mesh) = &world.volumes[0].field else { panic!() };
+    assert_eq!(mesh.count(), 18917);
+    let inside = world.volumes[0].unit_from_world.transform_point3(Vec3::new(0.0, -1.0 / 3.0, 0.0));
+    assert!(world.volumes[0].field.within(inside).is_some_and(|value| value > 0.3));
+    assert_eq!(world.volumes[0].field.within(Vec3::splat(0.01)), None);
+    let longer = [KNOT, b"\n"].concat();
+    assert_ne!(hash(&knot, &[("tetrahedra.vtu", &longer)]), world.hash);
+
+    let mut other = knot.clone();
+    other.set("media.knot.density.mesh.name", "\"heat\"").unwrap();
+    let error = World::load(other, &Embedded(assets.to_vec()), ENOUGH).unwrap_err().to_string();
+    let path = "media.knot.density.mesh.name: \"tetrahedra.vtu\": ";
+    let expected = "found no array named \"heat\" on points or cells; accepted: the array \"density\"";
+    assert_eq!(error, path.to_owned() + expected);
 }
