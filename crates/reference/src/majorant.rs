@@ -23,11 +23,16 @@ const MOST_CELLS: usize = 64;
 
 impl Bounds {
     pub fn new(field: &Field, optics: &Optics) -> Self {
+        let knots = match optics {
+            Optics::Transfer(transfer) => transfer.knots(),
+            Optics::Coefficients { .. } => Vec::new(),
+        };
+        let strengths = |low, high| strengths(optics, &knots, low, high);
         match field {
-            Field::Homogeneous => Self { cells: [1; 3], ranges: vec![strengths(optics, 1.0, 1.0)] },
+            Field::Homogeneous => Self { cells: [1; 3], ranges: vec![strengths(1.0, 1.0)] },
             Field::Exponential { base, scale } => {
                 let value = |i: usize| (-(i as f32 / MOST_CELLS as f32 - base) / scale).exp();
-                let ranges = (0..MOST_CELLS).map(|i| strengths(optics, value(i + 1), value(i))).collect();
+                let ranges = (0..MOST_CELLS).map(|i| strengths(value(i + 1), value(i))).collect();
                 Self { cells: [1, MOST_CELLS, 1], ranges }
             }
             Field::Grid(grid) => {
@@ -37,7 +42,7 @@ impl Bounds {
                     .map(|i| {
                         let cell = [i % cells[0], i / cells[0] % cells[1], i / (cells[0] * cells[1])];
                         let [low, high] = values(grid, cells, cell);
-                        strengths(optics, low, high)
+                        strengths(low, high)
                     })
                     .collect();
                 Self { cells, ranges }
@@ -81,17 +86,11 @@ fn values(grid: &Grid, cells: [usize; 3], cell: [usize; 3]) -> [f32; 2] {
     range
 }
 
-/// The lowest and highest strength over an interval of values. A transfer function is monotonic between its stops.
-fn strengths(optics: &Optics, low: f32, high: f32) -> [f32; 2] {
-    let ends = [strength(optics, low), strength(optics, high)];
-    let mut range = [ends[0].min(ends[1]), ends[0].max(ends[1])];
-    if let Optics::Transfer(transfer) = optics {
-        for stop in transfer.stops.iter().filter(|stop| (low..=high).contains(&stop.value)) {
-            let here = strength(optics, stop.value);
-            range = [range[0].min(here), range[1].max(here)];
-        }
-    }
-    range
+/// The lowest and highest strength over an interval of values; it is monotonic between the knots.
+fn strengths(optics: &Optics, knots: &[f32], low: f32, high: f32) -> [f32; 2] {
+    let within = knots.iter().copied().filter(|knot| (low..=high).contains(knot));
+    let strengths = within.chain([low, high]).map(|value| strength(optics, value));
+    strengths.fold([f32::INFINITY, f32::NEG_INFINITY], |[least, most], here| [least.min(here), most.max(here)])
 }
 
 #[cfg(test)]

@@ -123,6 +123,6 @@ impl Medium {
 pub(crate) fn strength(optics: &Optics, value: f32) -> f32 {
     match optics {
         Optics::Coefficients { .. } => value.max(0.0),
-        Optics::Transfer(_) => optics.at(value).sigma_a.x,
+        Optics::Transfer(transfer) => transfer.sigma_a(value),
     }
 }

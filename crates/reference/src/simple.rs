@@ -115,7 +115,7 @@ impl<'a> Simple<'a> {
 fn highest(volume: &Volume) -> f64 {
     let sigma_t = |value: f32| f64::from(volume.optics.at(value).sigma_t().max_element());
     match (&volume.optics, &volume.field) {
-        (Optics::Transfer(transfer), _) => transfer.stops.iter().map(|stop| sigma_t(stop.value)).fold(0.0, f64::max),
+        (Optics::Transfer(transfer), _) => transfer.knots().into_iter().map(sigma_t).fold(0.0, f64::max),
         (_, Field::Homogeneous) => sigma_t(1.0),
         (_, Field::Exponential { .. }) => sigma_t(volume.field.value(Vec3::ZERO)),
         (_, Field::Grid(grid)) => {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::{Mat4, Vec3};
 
 use crate::assets::Assets;
-use crate::description::{Density, Optics, Scene};
+use crate::description::{Clip, Density, Optics, Plane, Scene};
 use crate::volume::{Budget, Grid, VolumeError, read_nifti, read_vdb, vdb_grid_names};
 use crate::{FieldError, document};
 
@@ -36,6 +36,8 @@ pub struct Volume {
     pub world_from_unit: Mat4,
     /// What the medium does to light.
     pub optics: Optics,
+    /// In the world; the medium is where every one of them keeps it. At most [`Clip::MAX_PLANES`].
+    pub clip: Vec<Plane>,
 }
 
 /// A scalar field over the unit cube [0,1]³, 0 outside it.
@@ -149,7 +151,8 @@ impl World {
                 return Err(LoadError::Singular { path: format!("media.{name}.transform") });
             }
             let optics = medium.optics.clone();
-            volumes.push(Volume { name: name.clone(), field, unit_from_world, world_from_unit, optics });
+            let clip = medium.clip.as_ref().map(Clip::planes).unwrap_or_default();
+            volumes.push(Volume { name: name.clone(), field, unit_from_world, world_from_unit, optics, clip });
         }
         let hash = loader.hasher.finalize().to_hex().to_string();
         Ok(Self { scene, volumes, hash })

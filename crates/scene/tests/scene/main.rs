@@ -6,6 +6,7 @@ mod json;
 mod schema;
 mod set;
 mod toml;
+mod transfer;
 mod world;
 
 use tyndall_scene::Document;
