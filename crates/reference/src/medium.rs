@@ -1,7 +1,7 @@
 //! A participating medium in the form tracking asks for.
 
 use glam::{DAffine3, DMat4, DVec3};
-use tyndall_scene::description::{Optics, Phase};
+use tyndall_scene::description::{Optics, Phase, Plane};
 use tyndall_scene::{Field, Volume};
 
 use crate::ReferenceError;
@@ -21,6 +21,8 @@ pub(crate) struct Medium {
     pub least: f64,
     /// Of its box [m].
     pub diagonal: f64,
+    /// In the world; the medium is where every one of them keeps it.
+    pub clip: Vec<Plane>,
     field: Field,
     response: Response,
 }
@@ -45,6 +47,11 @@ impl Medium {
     const GLOW_COLLISIONS: f64 = 4.0;
 
     pub fn new(volume: &Volume) -> Result<Self, ReferenceError> {
+        if let Optics::Transfer(transfer) = &volume.optics
+            && let Some(field) = transfer.unphysical()
+        {
+            return Err(ReferenceError::Unphysical { medium: volume.name.clone(), field });
+        }
         let world_from_unit: DMat4 = volume.world_from_unit.as_dmat4();
         let bounds = Bounds::new(&volume.field, &volume.optics);
         let (extinction, glows, response) = match &volume.optics {
@@ -68,9 +75,18 @@ impl Medium {
             steepest,
             least: if glows { Self::GLOW_COLLISIONS / diagonal } else { 0.0 },
             diagonal,
+            clip: volume.clip.clone(),
             field: volume.field.clone(),
             response,
         })
+    }
+
+    /// Whether a point [m] is in its box, and not cut away; and where that is in the unit cube.
+    pub fn place(&self, point: DVec3) -> Option<DVec3> {
+        let unit = self.unit_from_world.transform_point3(point);
+        let within =
+            (unit - 0.5).abs().max_element() <= 0.5 && self.clip.iter().all(|plane| height(plane, point) <= 0.0);
+        within.then_some(unit)
     }
 
     /// Whether light can change its direction in it.
@@ -117,6 +133,11 @@ impl Medium {
     fn value(&self, unit: DVec3) -> f32 {
         self.field.value(unit.clamp(DVec3::ZERO, DVec3::ONE).as_vec3())
     }
+}
+
+/// How far a point is on the side of a plane that is cut away [m].
+pub(crate) fn height(plane: &Plane, point: DVec3) -> f64 {
+    plane.normal.as_dvec3().dot(point) - f64::from(plane.distance)
 }
 
 /// The scalar that a medium's extinction is in proportion to: the density, or a transfer function's absorption [m⁻¹].

@@ -105,6 +105,7 @@ impl<'a> Simple<'a> {
             let unit = volume.unit_from_world.transform_point3(point.as_vec3());
             // Outside the box there is no medium, whatever a transfer function says of the value 0.
             let inside = unit.cmpge(Vec3::ZERO).all() && unit.cmple(Vec3::ONE).all();
+            let inside = inside && volume.clip.iter().all(|plane| plane.keeps(point.as_vec3()));
             inside.then(|| (volume.optics.at(volume.field.value(unit)), volume.optics.phase()))
         };
         self.world.volumes.iter().filter_map(at).collect()

@@ -3,6 +3,7 @@
 
 mod agreement;
 mod beer;
+mod clip;
 mod furnace;
 mod half_space;
 mod phases;
