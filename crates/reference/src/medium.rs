@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat4, DVec3};
 use tyndall_scene::description::{Optics, Phase, Plane};
-use tyndall_scene::{Field, Volume};
+use tyndall_scene::{Color, Field, Temperature, Volume};
 
 use crate::ReferenceError;
 use crate::majorant::Bounds;
@@ -23,8 +23,11 @@ pub(crate) struct Medium {
     pub diagonal: f64,
     /// In the world; the medium is where every one of them keeps it.
     pub clip: Vec<Plane>,
+    world_from_unit: DAffine3,
     field: Field,
     response: Response,
+    temperature: Option<Temperature>,
+    color: Option<Color>,
 }
 
 /// What a medium does to light at a point.
@@ -73,11 +76,14 @@ impl Medium {
             bounds,
             extinction,
             steepest,
-            least: if glows { Self::GLOW_COLLISIONS / diagonal } else { 0.0 },
+            least: if glows || volume.temperature.is_some() { Self::GLOW_COLLISIONS / diagonal } else { 0.0 },
             diagonal,
             clip: volume.clip.clone(),
+            world_from_unit: DAffine3::from_mat4(world_from_unit),
             field: volume.field.clone(),
             response,
+            temperature: volume.temperature.clone(),
+            color: volume.color.clone(),
         })
     }
 
@@ -103,7 +109,7 @@ impl Medium {
     #[inline]
     pub fn at(&self, unit: DVec3) -> Local {
         let value = self.value(unit);
-        match &self.response {
+        let mut local = match &self.response {
             Response::Linear(one) => {
                 let density = f64::from(value.max(0.0));
                 Local {
@@ -116,7 +122,19 @@ impl Medium {
                 let c = optics.at(value);
                 Local { sigma_s: c.sigma_s.as_dvec3(), sigma_a: c.sigma_a.as_dvec3(), emission: c.emission.as_dvec3() }
             }
+        };
+        if self.color.is_some() || self.temperature.is_some() {
+            let point = self.world_from_unit.transform_point3(unit).as_vec3();
+            if let Some(color) = &self.color {
+                let lost = local.sigma_s * (1.0 - color.at(point).as_dvec3());
+                local.sigma_s -= lost;
+                local.sigma_a += lost;
+            }
+            if let Some(temperature) = &self.temperature {
+                local.emission += local.sigma_a * temperature.radiance(point).as_dvec3();
+            }
         }
+        local
     }
 
     /// The strength at a position in the unit cube: what `extinction` is per.

@@ -102,11 +102,7 @@ impl<'a> Simple<'a> {
     /// What each medium does at a point.
     fn coefficients(&self, point: DVec3) -> Vec<(Coefficients, Phase)> {
         let at = |volume: &Volume| {
-            let unit = volume.unit_from_world.transform_point3(point.as_vec3());
-            // Outside the box there is no medium, whatever a transfer function says of the value 0.
-            let inside = unit.cmpge(Vec3::ZERO).all() && unit.cmple(Vec3::ONE).all();
-            let inside = inside && volume.clip.iter().all(|plane| plane.keeps(point.as_vec3()));
-            inside.then(|| (volume.optics.at(volume.field.value(unit)), volume.optics.phase()))
+            volume.coefficients(point.as_vec3()).map(|coefficients| (coefficients, volume.optics.phase()))
         };
         self.world.volumes.iter().filter_map(at).collect()
     }

@@ -23,6 +23,8 @@ fn puff(position: Vec3, sigma_s: Vec3) -> Medium {
         },
         transform: Transform { translate: position, rotate: vec3(20.0, 35.0, 0.0), ..Default::default() },
         clip: None,
+        temperature: None,
+        color: None,
     }
 }
 

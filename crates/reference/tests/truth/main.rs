@@ -5,6 +5,7 @@ mod agreement;
 mod beer;
 mod clip;
 mod furnace;
+mod glow;
 mod half_space;
 mod phases;
 mod pictures;

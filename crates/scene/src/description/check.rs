@@ -55,6 +55,12 @@ impl Scene {
             }
             if let Optics::Transfer(transfer) = &medium.optics {
                 transfer.check(&format!("media.{name}.optics.transfer"))?;
+                for (field, set) in [("temperature", medium.temperature.is_some()), ("color", medium.color.is_some())] {
+                    if set {
+                        let found = format!("`{field}` with `optics.transfer`");
+                        return invalid(&format!("media.{name}.{field}"), found, "it with `optics.coefficients`");
+                    }
+                }
             }
             if let Some(clip) = &medium.clip {
                 clip.check(&format!("media.{name}.clip"))?;

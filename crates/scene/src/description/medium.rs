@@ -3,7 +3,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::quantity::{Finite, MeanCosine, Positive, Rgb, Scale, Vector};
-use super::{Clip, Transfer};
+use super::{Clip, ColorGrids, TemperatureGrid, Transfer};
 
 /// A participating medium: a density in space, and what a unit of it does to light.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -19,6 +19,12 @@ pub struct Medium {
     /// What is cut away of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clip: Option<Clip>,
+    /// How hot it is, so that it glows; with `optics.coefficients`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub temperature: Option<TemperatureGrid>,
+    /// The colour of what it scatters; with `optics.coefficients`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub color: Option<ColorGrids>,
 }
 
 /// A scalar field within a box; outside the box it is 0. Negative values count as 0 density.

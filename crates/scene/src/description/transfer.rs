@@ -263,12 +263,13 @@ impl Window {
         [level - half, level + half]
     }
 
-    /// The ends in single precision, rounded outwards.
+    /// The ends in single precision, rounded outwards; apart even where 32 bits do not tell them apart.
     fn knots(self) -> [f32; 2] {
         let [low, high] = self.ends();
         let [below, above] = [low as f32, high as f32];
+        let rises = f64::from(above) < high || above == below;
         let below = if f64::from(below) > low { below.next_down() } else { below };
-        let above = if f64::from(above) < high { above.next_up() } else { above };
+        let above = if rises { above.next_up() } else { above };
         [below.max(f32::MIN), above.min(f32::MAX)]
     }
 

@@ -2,6 +2,7 @@
 
 mod corrupt;
 mod field;
+mod grids;
 mod json;
 mod schema;
 mod set;

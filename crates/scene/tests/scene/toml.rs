@@ -328,7 +328,7 @@ fn optics() {
             ),
             (
                 "optics.coefficients = {}\nphase = \"isotropic\"",
-                "7:1: media.a.phase: found unknown field `phase`; accepted: one of `density`, `optics`, `transform`, `clip`",
+                "7:1: media.a.phase: found unknown field `phase`; accepted: one of `density`, `optics`, `transform`, `clip`, `temperature`, `color`",
             ),
         ],
     );

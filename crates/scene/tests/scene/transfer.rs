@@ -176,8 +176,8 @@ fn maps_are_those_of_colorous() {
                 Vec3::from([color.r, color.g, color.b].map(|byte| srgb_decode(f32::from(byte) / 255.0)))
             })
             .collect();
-        for i in 0..256 {
-            assert!((transfer.color(i as f32) - expected[i]).abs().max_element() < 1e-5, "{map:?} {i}");
+        for (i, &expected) in expected.iter().enumerate() {
+            assert!((transfer.color(i as f32) - expected).abs().max_element() < 1e-5, "{map:?} {i}");
         }
         for pair in 0..255 {
             let mean = 0.5 * (expected[pair] + expected[pair + 1]);
