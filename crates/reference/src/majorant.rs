@@ -26,11 +26,16 @@ const MOST_CELLS: usize = 64;
 
 impl Bounds {
     pub fn new(field: &Field, optics: &Optics) -> Self {
+        let knots = match optics {
+            Optics::Transfer(transfer) => transfer.knots(),
+            Optics::Coefficients { .. } => Vec::new(),
+        };
+        let strengths = |low, high| strengths(optics, &knots, low, high);
         match field {
-            Field::Homogeneous => Self { cells: [1; 3], ranges: vec![strengths(optics, 1.0, 1.0)] },
+            Field::Homogeneous => Self { cells: [1; 3], ranges: vec![strengths(1.0, 1.0)] },
             Field::Exponential { base, scale } => {
                 let value = |i: usize| (-(i as f32 / MOST_CELLS as f32 - base) / scale).exp();
-                let ranges = (0..MOST_CELLS).map(|i| strengths(optics, value(i + 1), value(i))).collect();
+                let ranges = (0..MOST_CELLS).map(|i| strengths(value(i + 1), value(i))).collect();
                 Self { cells: [1, MOST_CELLS, 1], ranges }
             }
             Field::Grid(grid) => {
@@ -40,7 +45,7 @@ impl Bounds {
                     .map(|i| {
                         let cell = [i % cells[0], i / cells[0] % cells[1], i / (cells[0] * cells[1])];
                         let [low, high] = values(grid, cells, cell);
-                        strengths(optics, low, high)
+                        strengths(low, high)
                     })
                     .collect();
                 Self { cells, ranges }
@@ -49,7 +54,7 @@ impl Bounds {
                 let side = (mesh.count() as f64 / f64::from(PER_CELL)).cbrt().ceil() as usize;
                 let cells = [side.min(MOST_CELLS); 3];
                 let ranges = mesh_values(mesh, cells).into_iter().map(|[low, high]| match low <= high {
-                    true => strengths(optics, low, high),
+                    true => strengths(low, high),
                     false => [0.0; 2],
                 });
                 // Part of a cell may lie outside the mesh, where there is nothing.
@@ -124,17 +129,11 @@ fn mesh_values(mesh: &Mesh, cells: [usize; 3]) -> Vec<[f32; 2]> {
     ranges
 }
 
-/// The lowest and highest strength over an interval of values. A transfer function is monotonic between its stops.
-fn strengths(optics: &Optics, low: f32, high: f32) -> [f32; 2] {
-    let ends = [strength(optics, low), strength(optics, high)];
-    let mut range = [ends[0].min(ends[1]), ends[0].max(ends[1])];
-    if let Optics::Transfer(transfer) = optics {
-        for stop in transfer.stops.iter().filter(|stop| (low..=high).contains(&stop.value)) {
-            let here = strength(optics, stop.value);
-            range = [range[0].min(here), range[1].max(here)];
-        }
-    }
-    range
+/// The lowest and highest strength over an interval of values; it is monotonic between the knots.
+fn strengths(optics: &Optics, knots: &[f32], low: f32, high: f32) -> [f32; 2] {
+    let within = knots.iter().copied().filter(|knot| (low..=high).contains(knot));
+    let strengths = within.chain([low, high]).map(|value| strength(optics, value));
+    strengths.fold([f32::INFINITY, f32::NEG_INFINITY], |[least, most], here| [least.min(here), most.max(here)])
 }
 
 #[cfg(test)]

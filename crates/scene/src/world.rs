@@ -8,9 +8,9 @@ use std::sync::Arc;
 use glam::{Mat4, Vec3};
 
 use crate::assets::Assets;
-use crate::description::{Density, Optics, Scene};
+use crate::description::{Clip, Coefficients, Density, Medium, Optics, Plane, Scene, TemperatureGrid};
 use crate::volume::{Budget, Grid, Mesh, VolumeError, read_nifti, read_vdb, read_vti, read_vtu, vdb_grid_names};
-use crate::{FieldError, document};
+use crate::{Color, FieldError, PlacedGrid, Temperature, document};
 
 /// A loaded scene.
 #[derive(Clone, Debug)]
@@ -37,6 +37,34 @@ pub struct Volume {
     pub world_from_unit: Mat4,
     /// What the medium does to light.
     pub optics: Optics,
+    /// In the world; the medium is where every one of them keeps it. At most [`Clip::MAX_PLANES`].
+    pub clip: Vec<Plane>,
+    /// How hot it is; what it emits is on top of that of `optics`.
+    pub temperature: Option<Temperature>,
+    /// The colour of what it scatters.
+    pub color: Option<Color>,
+}
+
+impl Volume {
+    /// What the medium does to light at a point [m]; `None` outside its box and where it is cut away.
+    pub fn coefficients(&self, point: Vec3) -> Option<Coefficients> {
+        let unit = self.unit_from_world.transform_point3(point);
+        // Outside there is no medium, whatever a transfer function says of the value 0.
+        let value = self.field.within(unit)?;
+        if !self.clip.iter().all(|plane| plane.keeps(point)) {
+            return None;
+        }
+        let mut here = self.optics.at(value);
+        if let Some(color) = &self.color {
+            let scattered = here.sigma_s * color.at(point);
+            here.sigma_a += here.sigma_s - scattered;
+            here.sigma_s = scattered;
+        }
+        if let Some(temperature) = &self.temperature {
+            here.emission += here.sigma_a * temperature.radiance(point);
+        }
+        Some(here)
+    }
 }
 
 /// A scalar field over the unit cube [0,1]³, 0 outside it.
@@ -153,17 +181,27 @@ impl World {
         for (name, medium) in &scene.media {
             let (field, local_from_unit) = loader.field(name, &medium.density)?;
             let world_from_unit = medium.transform.matrix() * local_from_unit;
-            // In double precision a medium of a micrometre has an inverse, too.
-            let unit_from_world = world_from_unit.as_dmat4().inverse().as_mat4();
-            if !unit_from_world.is_finite() || !world_from_unit.is_finite() {
-                return Err(LoadError::Singular { path: format!("media.{name}.transform") });
-            }
+            let unit_from_world = inverse(name, world_from_unit)?;
             let optics = medium.optics.clone();
-            volumes.push(Volume { name: name.clone(), field, unit_from_world, world_from_unit, optics });
+            let temperature = loader.temperature(name, medium)?;
+            let color = loader.color(name, medium)?;
+            let clip = medium.clip.as_ref().map(Clip::planes).unwrap_or_default();
+            let name = name.clone();
+            volumes.push(Volume { name, field, unit_from_world, world_from_unit, optics, clip, temperature, color });
         }
         let hash = loader.hasher.finalize().to_hex().to_string();
         Ok(Self { scene, volumes, hash })
     }
+}
+
+/// The inverse of a medium's map to the world.
+fn inverse(medium: &str, world_from_unit: Mat4) -> Result<Mat4, LoadError> {
+    // In double precision a medium of a micrometre has an inverse, too.
+    let unit_from_world = world_from_unit.as_dmat4().inverse().as_mat4();
+    if !unit_from_world.is_finite() || !world_from_unit.is_finite() {
+        return Err(LoadError::Singular { path: format!("media.{medium}.transform") });
+    }
+    Ok(unit_from_world)
 }
 
 struct Loader<'a> {
@@ -186,7 +224,8 @@ impl<'a> Loader<'a> {
                 (field, box_map(min, max))
             }
             Density::Grid { file, name } => {
-                let grid = self.grid(medium, file, name)?;
+                let path = format!("media.{medium}.density.grid");
+                let grid = self.grid(&path, "name", file, name)?;
                 let map = grid.world_from_unit();
                 (Field::Grid(grid), map)
             }
@@ -198,19 +237,44 @@ impl<'a> Loader<'a> {
         })
     }
 
-    fn grid(&mut self, medium: &str, file: &str, name: &Option<String>) -> Result<Arc<Grid>, LoadError> {
+    fn temperature(&mut self, name: &str, medium: &Medium) -> Result<Option<Temperature>, LoadError> {
+        let Some(temperature) = &medium.temperature else { return Ok(None) };
+        let path = format!("media.{name}.temperature");
+        let grid = self.grid(&path, "name", &temperature.file, &temperature.name)?;
+        let &TemperatureGrid { kelvin, offset, radiance_scale, .. } = temperature;
+        Ok(Some(Temperature { grid: placed(name, medium, grid)?, kelvin, offset, radiance_scale }))
+    }
+
+    fn color(&mut self, name: &str, medium: &Medium) -> Result<Option<Color>, LoadError> {
+        let Some(color) = &medium.color else { return Ok(None) };
+        let path = format!("media.{name}.color");
+        let mut channel = |i: usize| {
+            let grid = self.grid(&path, &format!("names.{i}"), &color.file, &Some(color.names[i].clone()))?;
+            placed(name, medium, grid)
+        };
+        Ok(Some(Color { grids: [channel(0)?, channel(1)?, channel(2)?] }))
+    }
+
+    /// A grid of a file; both may be at fault, by their fields in the table at `path`.
+    fn grid(
+        &mut self,
+        path: &str,
+        name_field: &str,
+        file: &str,
+        name: &Option<String>,
+    ) -> Result<Arc<Grid>, LoadError> {
         let key = (file.to_owned(), name.clone());
         if let Some(grid) = self.grids.get(&key) {
             return Ok(grid.clone());
         }
-        let path = format!("media.{medium}.density.grid.file");
+        let (path, name_path) = (format!("{path}.file"), format!("{path}.{name_field}"));
         if let Some(name) = name.as_ref().filter(|_| is_nifti(file)) {
-            let path = format!("media.{medium}.density.grid.name");
             let accepted = "no name with a NIfTI file, which holds one volume".into();
-            return Err(FieldError { path, found: format!("{name:?}"), accepted }.into());
+            return Err(FieldError { path: name_path, found: format!("{name:?}"), accepted }.into());
         }
         let bytes = self.read(&path, file)?;
-        let grid = read_grid(file, &bytes, name.as_deref(), self.left).map_err(|source| wrong(&path, file, source))?;
+        let grid = read_grid(file, &bytes, name.as_deref(), self.left)
+            .map_err(|source| wrong(&path, &name_path, file, source))?;
         self.left.0 = self.left.0.saturating_sub(grid.bytes());
         let grid = Arc::new(grid);
         self.grids.insert(key, grid.clone());
@@ -222,9 +286,10 @@ impl<'a> Loader<'a> {
         if let Some(mesh) = self.meshes.get(&key) {
             return Ok(mesh.clone());
         }
-        let path = format!("media.{medium}.density.mesh.file");
+        let [path, name_path] = ["file", "name"].map(|field| format!("media.{medium}.density.mesh.{field}"));
         let bytes = self.read(&path, file)?;
-        let mesh = read_mesh(file, &bytes, name.as_deref(), self.left).map_err(|source| wrong(&path, file, source))?;
+        let mesh = read_mesh(file, &bytes, name.as_deref(), self.left)
+            .map_err(|source| wrong(&path, &name_path, file, source))?;
         self.left.0 = self.left.0.saturating_sub(mesh.bytes());
         let mesh = Arc::new(mesh);
         self.meshes.insert(key, mesh.clone());
@@ -244,8 +309,8 @@ impl<'a> Loader<'a> {
     }
 }
 
-/// What is wrong with an asset, at the field that names it or a part of it.
-fn wrong(path: &str, file: &str, source: VolumeError) -> LoadError {
+/// What is wrong with an asset, at the field that names it, or at the one that names a part of it.
+fn wrong(path: &str, name_path: &str, file: &str, source: VolumeError) -> LoadError {
     let by_name = matches!(
         source,
         VolumeError::NoSuchGrid { .. }
@@ -253,11 +318,14 @@ fn wrong(path: &str, file: &str, source: VolumeError) -> LoadError {
             | VolumeError::NoSuchArray { .. }
             | VolumeError::NoArrayNamed { .. }
     );
-    let path = match path.strip_suffix("file").filter(|_| by_name) {
-        Some(density) => format!("{density}name"),
-        None => path.into(),
-    };
+    let path = if by_name { name_path } else { path }.into();
     LoadError::Volume { path, file: file.into(), source }
+}
+
+/// A grid where a medium's transform puts it.
+fn placed(name: &str, medium: &Medium, grid: Arc<Grid>) -> Result<PlacedGrid, LoadError> {
+    let unit_from_world = inverse(name, medium.transform.matrix() * grid.world_from_unit())?;
+    Ok(PlacedGrid { grid, unit_from_world })
 }
 
 fn is_nifti(file: &str) -> bool {

@@ -6,9 +6,13 @@
 
 mod camera;
 mod check;
+mod clip;
+mod color_map;
+mod grids;
 mod light;
 mod medium;
 pub mod quantity;
+mod transfer;
 
 use std::collections::BTreeMap;
 
@@ -16,8 +20,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use camera::{Camera, Film};
+pub use clip::{Bounds, Clip, Cut, Plane};
+pub use color_map::ColorMap;
+pub use grids::{ColorGrids, TemperatureGrid};
 pub use light::Light;
-pub use medium::{Coefficients, Density, Medium, Optics, Phase, Stop, Transfer, Transform};
+pub use medium::{Coefficients, Density, Medium, Optics, Phase, Transform};
+pub use transfer::{GradientStop, Isosurface, Shading, Stop, Transfer, Window};
 
 use crate::parameter::Value;
 

@@ -2,10 +2,12 @@
 
 mod corrupt;
 mod field;
+mod grids;
 mod json;
 mod schema;
 mod set;
 mod toml;
+mod transfer;
 mod world;
 
 use tyndall_scene::Document;
