@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use glam::{Mat4, Vec3};
 
-use crate::assets::Assets;
-use crate::description::{Density, Optics, Scene};
-use crate::volume::{Budget, Grid, VolumeError, read_nifti, read_vdb, vdb_grid_names};
+use crate::assets::{Assets, Hashed};
+use crate::description::{Density, Optics, Raw, Scene};
+use crate::volume::{Budget, FileError, Grid, VolumeError, read_grid};
 use crate::{FieldError, document};
 
 /// A loaded scene.
@@ -138,7 +138,7 @@ impl World {
         let mut hasher = blake3::Hasher::new();
         let depicted = Scene { techniques: BTreeMap::new(), ..scene.clone() };
         hasher.update(serde_json::to_string(&depicted).expect("a scene has only string keys").as_bytes());
-        let mut loader = Loader { assets, left: budget, hasher, grids: BTreeMap::new() };
+        let mut loader = Loader { assets, left: budget, hasher, grids: Vec::new() };
         let mut volumes = Vec::new();
         for (name, medium) in &scene.media {
             let (field, local_from_unit) = loader.field(name, &medium.density)?;
@@ -160,7 +160,8 @@ struct Loader<'a> {
     assets: &'a dyn Assets,
     left: Budget,
     hasher: blake3::Hasher,
-    grids: BTreeMap<(String, Option<String>), Arc<Grid>>,
+    /// What was read already, with the densities that say so.
+    grids: Vec<(Density, Arc<Grid>)>,
 }
 
 impl Loader<'_> {
@@ -174,68 +175,45 @@ impl Loader<'_> {
                 let field = Field::Exponential { base: (base - min.y) / height, scale: scale_height / height };
                 (field, box_map(min, max))
             }
-            Density::Grid { file, name } => {
-                let grid = self.grid(medium, file, name)?;
+            Density::Grid { file, name, raw } => {
+                let known = self.grids.iter().find(|(known, _)| known == density);
+                let grid = match known {
+                    Some((_, grid)) => grid.clone(),
+                    None => {
+                        let grid = self.grid(medium, file, name.as_deref(), raw.as_ref())?;
+                        self.grids.push((density.clone(), grid.clone()));
+                        grid
+                    }
+                };
                 let map = grid.world_from_unit();
                 (Field::Grid(grid), map)
             }
         })
     }
 
-    fn grid(&mut self, medium: &str, file: &str, name: &Option<String>) -> Result<Arc<Grid>, LoadError> {
-        let key = (file.to_owned(), name.clone());
-        if let Some(grid) = self.grids.get(&key) {
-            return Ok(grid.clone());
-        }
-        let path = format!("media.{medium}.density.grid.file");
-        if let Some(name) = name.as_ref().filter(|_| is_nifti(file)) {
-            let path = format!("media.{medium}.density.grid.name");
-            let accepted = "no name with a NIfTI file, which holds one volume".into();
-            return Err(FieldError { path, found: format!("{name:?}"), accepted }.into());
-        }
-        let bytes = self.assets.read(file, self.left.0).map_err(|source| LoadError::Asset {
-            path: path.clone(),
-            file: file.into(),
-            source,
-        })?;
-        let grid = read_grid(file, &bytes, name.as_deref(), self.left).map_err(|source| {
-            let path = match source {
-                VolumeError::NoSuchGrid { .. } | VolumeError::NoGridNamed { .. } => {
-                    format!("media.{medium}.density.grid.name")
-                }
-                _ => path,
+    fn grid(
+        &mut self,
+        medium: &str,
+        file: &str,
+        name: Option<&str>,
+        raw: Option<&Raw>,
+    ) -> Result<Arc<Grid>, LoadError> {
+        let assets = Hashed::new(self.assets, &mut self.hasher);
+        let grid = read_grid(file, name, raw, &assets, self.left).map_err(|error| {
+            let field = match error {
+                FileError::Volume(
+                    VolumeError::NoSuchGrid { .. } | VolumeError::NoGridNamed { .. } | VolumeError::WhichSeries { .. },
+                ) => "name",
+                FileError::Volume(VolumeError::WrongLength { .. }) => "raw",
+                _ => "file",
             };
-            LoadError::Volume { path, file: file.into(), source }
+            let (path, file) = (format!("media.{medium}.density.grid.{field}"), file.to_owned());
+            match error {
+                FileError::Read(source) => LoadError::Asset { path, file, source },
+                FileError::Volume(source) => LoadError::Volume { path, file, source },
+            }
         })?;
-        // With its length, so that bytes cannot move from one asset to the next unseen.
-        self.hasher.update(&(bytes.len() as u64).to_le_bytes()).update(&bytes);
         self.left.0 = self.left.0.saturating_sub(grid.voxels.bytes());
-        let grid = Arc::new(grid);
-        self.grids.insert(key, grid.clone());
-        Ok(grid)
-    }
-}
-
-fn is_nifti(file: &str) -> bool {
-    let lower = file.to_ascii_lowercase();
-    lower.ends_with(".nii") || lower.ends_with(".nii.gz")
-}
-
-/// A grid from a file's bytes; the file's name tells its format. Without a name the file must hold just one grid.
-fn read_grid(file: &str, bytes: &[u8], name: Option<&str>, budget: Budget) -> Result<Grid, VolumeError> {
-    if is_nifti(file) {
-        return read_nifti(bytes, budget);
-    }
-    let lower = file.to_ascii_lowercase();
-    if !lower.ends_with(".vdb") {
-        let found = lower.rsplit_once('.').map_or("no file extension".into(), |(_, e)| format!("extension .{e}"));
-        return Err(VolumeError::Unsupported { found, accepted: ".vdb, .nii or .nii.gz" });
-    }
-    match name {
-        Some(name) => read_vdb(bytes, name, budget),
-        None => match vdb_grid_names(bytes)?.as_slice() {
-            [only] => read_vdb(bytes, only, budget),
-            available => Err(VolumeError::NoGridNamed { available: available.to_vec() }),
-        },
+        Ok(Arc::new(grid))
     }
 }

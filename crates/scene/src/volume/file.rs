@@ -1,0 +1,121 @@
+//! Which loader reads a file: its extension tells. A path without one that is known may be a folder of DICOM slices.
+
+use std::io;
+
+use super::array::{Array, Coding, Packed, centred};
+use super::grid::invertible;
+use super::{
+    Budget, Grid, VolumeError, read_dicom, read_meta_image, read_nifti, read_npy, read_nrrd, read_vdb, vdb_grid_names,
+};
+use crate::assets::Assets;
+use crate::description::Raw;
+
+#[cfg(test)]
+mod tests;
+
+/// What a file's extension says it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Format {
+    Vdb,
+    Nifti,
+    Nrrd,
+    Npy,
+    MetaImage,
+    Raw,
+}
+
+const EXTENSIONS: [(&str, Format); 11] = [
+    (".vdb", Format::Vdb),
+    (".nii", Format::Nifti),
+    (".nii.gz", Format::Nifti),
+    (".nrrd", Format::Nrrd),
+    (".nhdr", Format::Nrrd),
+    (".npy", Format::Npy),
+    (".mhd", Format::MetaImage),
+    (".mha", Format::MetaImage),
+    (".raw", Format::Raw),
+    (".bin", Format::Raw),
+    (".dat", Format::Raw),
+];
+const ACCEPTED: &str = ".vdb, .nii, .nii.gz, .nrrd, .nhdr, .npy, .mhd, .mha, .raw, .bin, .dat or a folder of DICOM \
+                        files";
+
+impl Format {
+    pub fn of(file: &str) -> Option<Self> {
+        let lower = file.to_ascii_lowercase();
+        EXTENSIONS.iter().find(|(extension, _)| lower.ends_with(extension)).map(|&(_, format)| format)
+    }
+
+    /// Its name, with an article.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Vdb => "an OpenVDB",
+            Self::Nifti => "a NIfTI",
+            Self::Nrrd => "an NRRD",
+            Self::Npy => "a NumPy",
+            Self::MetaImage => "a MetaImage",
+            Self::Raw => "a raw",
+        }
+    }
+}
+
+/// Why a grid could not be read.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum FileError {
+    /// The file cannot be had.
+    #[error(transparent)]
+    Read(#[from] io::Error),
+    /// It is not what it should be.
+    #[error(transparent)]
+    Volume(#[from] VolumeError),
+}
+
+/// Reads the grid of a file. Without a name the file must hold just one; `raw` is what a file without header needs.
+pub(crate) fn read_grid(
+    file: &str,
+    name: Option<&str>,
+    raw: Option<&Raw>,
+    assets: &dyn Assets,
+    budget: Budget,
+) -> Result<Grid, FileError> {
+    let Some(format) = Format::of(file) else {
+        match assets.list(file) {
+            Ok(files) => return Ok(read_dicom(&files, name, assets, budget)?),
+            Err(error) if file.ends_with('/') => return Err(error.into()),
+            Err(_) => {}
+        }
+        let lower = file.to_ascii_lowercase();
+        let found = lower.rsplit_once('.').map_or("no file extension".into(), |(_, e)| format!("extension .{e}"));
+        return Err(VolumeError::Unsupported { found, accepted: ACCEPTED }.into());
+    };
+    let bytes = assets.read(file, budget.0)?;
+    Ok(match (format, raw) {
+        (Format::Vdb, _) => match name {
+            Some(name) => read_vdb(&bytes, name, budget)?,
+            None => match vdb_grid_names(&bytes)?.as_slice() {
+                [only] => read_vdb(&bytes, only, budget)?,
+                available => return Err(VolumeError::NoGridNamed { available: available.to_vec() }.into()),
+            },
+        },
+        (Format::Nifti, _) => read_nifti(&bytes, budget)?,
+        (Format::Nrrd, _) => read_nrrd(file, &bytes, assets, budget)?,
+        (Format::Npy, _) => read_npy(&bytes, budget)?,
+        (Format::MetaImage, _) => read_meta_image(file, &bytes, assets, budget)?,
+        (Format::Raw, Some(raw)) => read_raw(&bytes, raw, budget)?,
+        (Format::Raw, None) => {
+            return Err(VolumeError::Unsupported { found: "no `raw`".into(), accepted: "a file with its `raw`" }.into());
+        }
+    })
+}
+
+/// Reads voxels without a header.
+fn read_raw(bytes: &[u8], raw: &Raw, budget: Budget) -> Result<Grid, VolumeError> {
+    let &Raw { dims, sample: stored, spacing, big_endian, offset } = raw;
+    let array = Array { dims: dims.map(u64::from), stored, big_endian, start: offset, slope: 1.0, intercept: 0.0 };
+    let (found, needed) = (bytes.len() as u64, array.end());
+    if found != needed {
+        return Err(VolumeError::WrongLength { found, needed, dims: array.dims, stored, offset });
+    }
+    let voxels = array.read(Packed { bytes, coding: Coding::Plain }, budget)?;
+    Ok(Grid::dense(dims, voxels, invertible(centred(array.dims, spacing.as_dvec3()), "spacing")?))
+}
