@@ -85,7 +85,7 @@ fn check_grid(medium: &str, file: &str, name: Option<&str>, raw: Option<&Raw>) -
         return invalid(&format!("{path}.raw"), format!("`raw` with file = {file:?}"), accepted);
     }
     if let (Some(name), Some(format)) = (name, format)
-        && format != Format::Vdb
+        && !matches!(format, Format::Vdb | Format::NanoVdb)
     {
         let accepted = format!("no name with {} file, which holds one volume", format.name());
         return invalid(&format!("{path}.name"), format!("{name:?}"), &accepted);

@@ -46,7 +46,7 @@ pub enum Density {
         #[serde(with = "Positive")]
         scale_height: f32,
     },
-    /// Voxels from a file, interpolated trilinearly: OpenVDB `.vdb`, NIfTI `.nii` or `.nii.gz`, NRRD `.nrrd` or `.nhdr`,
+    /// Voxels from a file, interpolated trilinearly: OpenVDB `.vdb`, NanoVDB `.nvdb`, NIfTI `.nii` or `.nii.gz`, NRRD `.nrrd` or `.nhdr`,
     /// MetaImage `.mha` or `.mhd`, NumPy `.npy`, or without header `.raw`, `.bin`, `.dat`. The file's own transform
     /// applies, then the medium's. Patients' space is right-anterior-superior, its millimetres become metres. A NumPy
     /// array is indexed [z][y][x]; it fills a box around the origin whose longest edge is 1 m. A folder is a series of
@@ -54,7 +54,7 @@ pub enum Density {
     Grid {
         /// Path relative to the scene file; that of a folder may end in `/`.
         file: String,
-        /// Which grid of a `.vdb` file, or which series of a folder (its SeriesInstanceUID); may be left out where there is
+        /// Which grid of a `.vdb` or `.nvdb` file, or which series of a folder (its SeriesInstanceUID); may be left out where there is
         /// only one.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         name: Option<String>,

@@ -80,7 +80,7 @@ pub enum VolumeError {
         /// What it may have.
         accepted: &'static str,
     },
-    /// A VDB file has no grid of that name.
+    /// A VDB or NanoVDB file has no grid of that name.
     #[error("found no grid named {name:?}; accepted: {}", names(available))]
     NoSuchGrid {
         /// The name that was asked for.
@@ -88,7 +88,7 @@ pub enum VolumeError {
         /// The names of the file's grids, in its order.
         available: Vec<String>,
     },
-    /// A VDB file has no grid, or several of which none was named.
+    /// A VDB or NanoVDB file has no grid, or several of which none was named.
     #[error("found {}; accepted: the name of one grid", names(available))]
     NoGridNamed {
         /// The names of the file's grids, in its order.

@@ -5,7 +5,8 @@ use std::io;
 use super::array::{Array, Coding, Packed, centred};
 use super::grid::invertible;
 use super::{
-    Budget, Grid, VolumeError, read_dicom, read_meta_image, read_nifti, read_npy, read_nrrd, read_vdb, vdb_grid_names,
+    Budget, Grid, VolumeError, nanovdb_grid_names, read_dicom, read_meta_image, read_nanovdb, read_nifti, read_npy,
+    read_nrrd, read_vdb, vdb_grid_names,
 };
 use crate::assets::Assets;
 use crate::description::Raw;
@@ -17,6 +18,7 @@ mod tests;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Format {
     Vdb,
+    NanoVdb,
     Nifti,
     Nrrd,
     Npy,
@@ -24,8 +26,9 @@ pub(crate) enum Format {
     Raw,
 }
 
-const EXTENSIONS: [(&str, Format); 11] = [
+const EXTENSIONS: [(&str, Format); 12] = [
     (".vdb", Format::Vdb),
+    (".nvdb", Format::NanoVdb),
     (".nii", Format::Nifti),
     (".nii.gz", Format::Nifti),
     (".nrrd", Format::Nrrd),
@@ -37,7 +40,7 @@ const EXTENSIONS: [(&str, Format); 11] = [
     (".bin", Format::Raw),
     (".dat", Format::Raw),
 ];
-const ACCEPTED: &str = ".vdb, .nii, .nii.gz, .nrrd, .nhdr, .npy, .mhd, .mha, .raw, .bin, .dat or a folder of DICOM \
+const ACCEPTED: &str = ".vdb, .nvdb, .nii, .nii.gz, .nrrd, .nhdr, .npy, .mhd, .mha, .raw, .bin, .dat or a folder of DICOM \
                         files";
 
 impl Format {
@@ -50,6 +53,7 @@ impl Format {
     pub fn name(self) -> &'static str {
         match self {
             Self::Vdb => "an OpenVDB",
+            Self::NanoVdb => "a NanoVDB",
             Self::Nifti => "a NIfTI",
             Self::Nrrd => "an NRRD",
             Self::Npy => "a NumPy",
@@ -90,13 +94,8 @@ pub(crate) fn read_grid(
     };
     let bytes = assets.read(file, budget.0)?;
     Ok(match (format, raw) {
-        (Format::Vdb, _) => match name {
-            Some(name) => read_vdb(&bytes, name, budget)?,
-            None => match vdb_grid_names(&bytes)?.as_slice() {
-                [only] => read_vdb(&bytes, only, budget)?,
-                available => return Err(VolumeError::NoGridNamed { available: available.to_vec() }.into()),
-            },
-        },
+        (Format::Vdb, _) => read_vdb(&bytes, &one(name, || vdb_grid_names(&bytes))?, budget)?,
+        (Format::NanoVdb, _) => read_nanovdb(&bytes, &one(name, || nanovdb_grid_names(&bytes))?, budget)?,
         (Format::Nifti, _) => read_nifti(&bytes, budget)?,
         (Format::Nrrd, _) => read_nrrd(file, &bytes, assets, budget)?,
         (Format::Npy, _) => read_npy(&bytes, budget)?,
@@ -106,6 +105,17 @@ pub(crate) fn read_grid(
             return Err(VolumeError::Unsupported { found: "no `raw`".into(), accepted: "a file with its `raw`" }.into());
         }
     })
+}
+
+/// The name that was given, or the only one there is.
+fn one(name: Option<&str>, names: impl FnOnce() -> Result<Vec<String>, VolumeError>) -> Result<String, VolumeError> {
+    match name {
+        Some(name) => Ok(name.to_owned()),
+        None => match <[String; 1]>::try_from(names()?) {
+            Ok([only]) => Ok(only),
+            Err(available) => Err(VolumeError::NoGridNamed { available }),
+        },
+    }
 }
 
 /// Reads voxels without a header.

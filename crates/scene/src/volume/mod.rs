@@ -1,4 +1,4 @@
-//! Dense scalar volumes and their loaders: OpenVDB, NIfTI-1, NRRD, MetaImage, DICOM, NumPy and
+//! Dense scalar volumes and their loaders: OpenVDB, NanoVDB, NIfTI-1, NRRD, MetaImage, DICOM, NumPy and
 //! files without header.
 //!
 //! A loader takes the bytes of a file and a [`Budget`], and gives a [`Grid`]. It opens no file, so that it also runs in
@@ -12,6 +12,7 @@ mod error;
 mod file;
 mod grid;
 mod meta_image;
+mod nanovdb;
 mod nifti;
 mod npy;
 mod nrrd;
@@ -27,6 +28,7 @@ pub use error::VolumeError;
 pub(crate) use file::{FileError, Format, read_grid};
 pub use grid::{Budget, Grid, Voxels};
 pub use meta_image::read_meta_image;
+pub use nanovdb::{nanovdb_grid_names, read_nanovdb};
 pub use nifti::read_nifti;
 pub use npy::read_npy;
 pub use nrrd::read_nrrd;

@@ -65,6 +65,39 @@ fn the_hash_has_the_data_file_of_a_header() {
     assert!(hashes[0] != hashes[1] && hashes[0] != hashes[2] && hashes[1] != hashes[2]);
 }
 
+/// A folder's slices are read from disk as from memory, and each is part of the world.
+#[test]
+fn a_folder_of_slices() {
+    let slices: [(&str, &[u8]); 3] = [
+        ("ct/a.dcm", include_bytes!("../../src/volume/fixtures/ct/a.dcm")),
+        ("ct/b.dcm", include_bytes!("../../src/volume/fixtures/ct/b.dcm")),
+        ("ct/c.dcm", include_bytes!("../../src/volume/fixtures/ct/c.dcm")),
+    ];
+    let scene = |file: &str, more: &str| {
+        let density = format!("density.grid = {{ file = \"{file}\"{more} }}");
+        let text = format!("{CAMERA}[media.a]\noptics.coefficients = {{}}\n{density}");
+        Document::new("s.toml", text).parse().unwrap()
+    };
+    let first = hash(&scene("ct", ""), &slices);
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir_all(folder.path().join("ct/other")).unwrap();
+    for (name, bytes) in slices {
+        std::fs::write(folder.path().join(name), bytes).unwrap();
+    }
+    let directory = Directory(folder.path().into());
+    assert_eq!(World::load(scene("ct", ""), &directory, ENOUGH).unwrap().hash, first);
+    World::load(scene("ct/", ", name = \"1.2.840.7\""), &directory, ENOUGH).unwrap();
+    // An empty element after the voxels, which changes none.
+    let longer = [slices[1].1, &[0xfc, 0xff, 0xfc, 0xff, b'O', b'B', 0, 0, 0, 0, 0, 0]].concat();
+    let longer = [slices[0], ("ct/b.dcm", longer.as_slice()), slices[2]];
+    assert_ne!(hash(&scene("ct", ""), &longer), first);
+    let error = World::load(scene("ct", ", name = \"1\""), &directory, ENOUGH).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "media.a.density.grid.name: \"ct\": found the series \"1.2.840.7\"; accepted: `name`, the SeriesInstanceUID of one"
+    );
+}
+
 #[test]
 fn an_asset_longer_than_the_budget_is_not_read() {
     let error = World::load(scene(0), &Embedded(vec![("smoke.vdb", SMOKE)]), Budget(1000)).unwrap_err().to_string();
@@ -141,12 +174,12 @@ fn what_cannot_be_loaded() {
         ),
         (
             "density.grid.file = \"text.obj\"",
-            "s.toml:6:21: media.a.density.grid.file: \"text.obj\": unsupported: extension .obj; accepted: .vdb, .nii, \
+            "s.toml:6:21: media.a.density.grid.file: \"text.obj\": unsupported: extension .obj; accepted: .vdb, .nvdb, .nii, \
              .nii.gz, .nrrd, .nhdr, .npy, .mhd, .mha, .raw, .bin, .dat or a folder of DICOM files",
         ),
         (
             "density.grid.file = \"bare\"",
-            "s.toml:6:21: media.a.density.grid.file: \"bare\": unsupported: no file extension; accepted: .vdb, .nii, \
+            "s.toml:6:21: media.a.density.grid.file: \"bare\": unsupported: no file extension; accepted: .vdb, .nvdb, .nii, \
              .nii.gz, .nrrd, .nhdr, .npy, .mhd, .mha, .raw, .bin, .dat or a folder of DICOM files",
         ),
         (
