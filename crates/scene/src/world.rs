@@ -1,15 +1,14 @@
 //! A scene with its assets in memory: what the renderers read.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io;
 use std::sync::Arc;
 
 use glam::{Mat4, Vec3};
 
-use crate::assets::Assets;
+use crate::assets::{Assets, Hashed};
 use crate::description::{Density, Optics, Scene};
-use crate::volume::{Budget, Grid, Mesh, VolumeError, read_nifti, read_vdb, read_vti, read_vtu, vdb_grid_names};
+use crate::volume::{Budget, FileError, Grid, Mesh, VolumeError, read_grid, read_mesh};
 use crate::{FieldError, document};
 
 /// A loaded scene.
@@ -148,7 +147,7 @@ impl World {
         let mut hasher = blake3::Hasher::new();
         let depicted = Scene { techniques: BTreeMap::new(), ..scene.clone() };
         hasher.update(serde_json::to_string(&depicted).expect("a scene has only string keys").as_bytes());
-        let mut loader = Loader { assets, left: budget, hasher, grids: BTreeMap::new(), meshes: BTreeMap::new() };
+        let mut loader = Loader { assets, left: budget, hasher, grids: Vec::new(), meshes: Vec::new() };
         let mut volumes = Vec::new();
         for (name, medium) in &scene.media {
             let (field, local_from_unit) = loader.field(name, &medium.density)?;
@@ -170,11 +169,12 @@ struct Loader<'a> {
     assets: &'a dyn Assets,
     left: Budget,
     hasher: blake3::Hasher,
-    grids: BTreeMap<(String, Option<String>), Arc<Grid>>,
-    meshes: BTreeMap<(String, Option<String>), Arc<Mesh>>,
+    /// What was read already, with the densities that say so.
+    grids: Vec<(Density, Arc<Grid>)>,
+    meshes: Vec<(Density, Arc<Mesh>)>,
 }
 
-impl<'a> Loader<'a> {
+impl Loader<'_> {
     /// A density as a field over the unit cube, and the map from that cube to the medium's space.
     fn field(&mut self, medium: &str, density: &Density) -> Result<(Field, Mat4), LoadError> {
         let box_map = |min: &Vec3, max: &Vec3| Mat4::from_translation(*min) * Mat4::from_scale(max - min);
@@ -185,116 +185,55 @@ impl<'a> Loader<'a> {
                 let field = Field::Exponential { base: (base - min.y) / height, scale: scale_height / height };
                 (field, box_map(min, max))
             }
-            Density::Grid { file, name } => {
-                let grid = self.grid(medium, file, name)?;
+            Density::Grid { file, name, raw } => {
+                let grid = match self.grids.iter().find(|(known, _)| known == density) {
+                    Some((_, grid)) => grid.clone(),
+                    None => {
+                        let assets = Hashed::new(self.assets, &mut self.hasher);
+                        let grid = read_grid(file, name.as_deref(), raw.as_ref(), &assets, self.left)
+                            .map_err(|error| wrong(&format!("media.{medium}.density.grid"), file, error))?;
+                        self.left.0 = self.left.0.saturating_sub(grid.bytes());
+                        let grid = Arc::new(grid);
+                        self.grids.push((density.clone(), grid.clone()));
+                        grid
+                    }
+                };
                 let map = grid.world_from_unit();
                 (Field::Grid(grid), map)
             }
             Density::Mesh { file, name } => {
-                let mesh = self.mesh(medium, file, name)?;
+                let mesh = match self.meshes.iter().find(|(known, _)| known == density) {
+                    Some((_, mesh)) => mesh.clone(),
+                    None => {
+                        let assets = Hashed::new(self.assets, &mut self.hasher);
+                        let mesh = read_mesh(file, name.as_deref(), &assets, self.left)
+                            .map_err(|error| wrong(&format!("media.{medium}.density.mesh"), file, error))?;
+                        self.left.0 = self.left.0.saturating_sub(mesh.bytes());
+                        let mesh = Arc::new(mesh);
+                        self.meshes.push((density.clone(), mesh.clone()));
+                        mesh
+                    }
+                };
                 let map = mesh.world_from_unit();
                 (Field::Mesh(mesh), map)
             }
         })
     }
-
-    fn grid(&mut self, medium: &str, file: &str, name: &Option<String>) -> Result<Arc<Grid>, LoadError> {
-        let key = (file.to_owned(), name.clone());
-        if let Some(grid) = self.grids.get(&key) {
-            return Ok(grid.clone());
-        }
-        let path = format!("media.{medium}.density.grid.file");
-        if let Some(name) = name.as_ref().filter(|_| is_nifti(file)) {
-            let path = format!("media.{medium}.density.grid.name");
-            let accepted = "no name with a NIfTI file, which holds one volume".into();
-            return Err(FieldError { path, found: format!("{name:?}"), accepted }.into());
-        }
-        let bytes = self.read(&path, file)?;
-        let grid = read_grid(file, &bytes, name.as_deref(), self.left).map_err(|source| wrong(&path, file, source))?;
-        self.left.0 = self.left.0.saturating_sub(grid.bytes());
-        let grid = Arc::new(grid);
-        self.grids.insert(key, grid.clone());
-        Ok(grid)
-    }
-
-    fn mesh(&mut self, medium: &str, file: &str, name: &Option<String>) -> Result<Arc<Mesh>, LoadError> {
-        let key = (file.to_owned(), name.clone());
-        if let Some(mesh) = self.meshes.get(&key) {
-            return Ok(mesh.clone());
-        }
-        let path = format!("media.{medium}.density.mesh.file");
-        let bytes = self.read(&path, file)?;
-        let mesh = read_mesh(file, &bytes, name.as_deref(), self.left).map_err(|source| wrong(&path, file, source))?;
-        self.left.0 = self.left.0.saturating_sub(mesh.bytes());
-        let mesh = Arc::new(mesh);
-        self.meshes.insert(key, mesh.clone());
-        Ok(mesh)
-    }
-
-    /// An asset's bytes, which count for the world's hash.
-    fn read(&mut self, path: &str, file: &str) -> Result<Cow<'a, [u8]>, LoadError> {
-        let bytes = self.assets.read(file, self.left.0).map_err(|source| LoadError::Asset {
-            path: path.into(),
-            file: file.into(),
-            source,
-        })?;
-        // With its length, so that bytes cannot move from one asset to the next unseen.
-        self.hasher.update(&(bytes.len() as u64).to_le_bytes()).update(&bytes);
-        Ok(bytes)
-    }
 }
 
-/// What is wrong with an asset, at the field that names it or a part of it.
-fn wrong(path: &str, file: &str, source: VolumeError) -> LoadError {
-    let by_name = matches!(
-        source,
-        VolumeError::NoSuchGrid { .. }
-            | VolumeError::NoGridNamed { .. }
-            | VolumeError::NoSuchArray { .. }
-            | VolumeError::NoArrayNamed { .. }
-    );
-    let path = match path.strip_suffix("file").filter(|_| by_name) {
-        Some(density) => format!("{density}name"),
-        None => path.into(),
+/// What is wrong with the file of the density at `path`, at the field it is about.
+fn wrong(path: &str, file: &str, error: FileError) -> LoadError {
+    use VolumeError::{NoArrayNamed, NoGridNamed, NoSuchArray, NoSuchGrid, WhichSeries, WrongLength};
+    let field = match error {
+        FileError::Volume(
+            NoSuchGrid { .. } | NoGridNamed { .. } | NoSuchArray { .. } | NoArrayNamed { .. } | WhichSeries { .. },
+        ) => "name",
+        FileError::Volume(WrongLength { .. }) => "raw",
+        _ => "file",
     };
-    LoadError::Volume { path, file: file.into(), source }
-}
-
-fn is_nifti(file: &str) -> bool {
-    let lower = file.to_ascii_lowercase();
-    lower.ends_with(".nii") || lower.ends_with(".nii.gz")
-}
-
-/// A grid from a file's bytes; the file's name tells its format. Without a name the file must hold just one grid.
-fn read_grid(file: &str, bytes: &[u8], name: Option<&str>, budget: Budget) -> Result<Grid, VolumeError> {
-    if is_nifti(file) {
-        return read_nifti(bytes, budget);
+    let (path, file) = (format!("{path}.{field}"), file.to_owned());
+    match error {
+        FileError::Read(source) => LoadError::Asset { path, file, source },
+        FileError::Volume(source) => LoadError::Volume { path, file, source },
     }
-    let lower = file.to_ascii_lowercase();
-    if lower.ends_with(".vti") {
-        return read_vti(bytes, name, budget);
-    }
-    if !lower.ends_with(".vdb") {
-        return Err(VolumeError::Unsupported { found: extension(&lower), accepted: ".vdb, .nii, .nii.gz or .vti" });
-    }
-    match name {
-        Some(name) => read_vdb(bytes, name, budget),
-        None => match vdb_grid_names(bytes)?.as_slice() {
-            [only] => read_vdb(bytes, only, budget),
-            available => Err(VolumeError::NoGridNamed { available: available.to_vec() }),
-        },
-    }
-}
-
-/// A mesh from a file's bytes; the file's name tells its format.
-fn read_mesh(file: &str, bytes: &[u8], name: Option<&str>, budget: Budget) -> Result<Mesh, VolumeError> {
-    let lower = file.to_ascii_lowercase();
-    if lower.ends_with(".vtu") {
-        return read_vtu(bytes, name, budget);
-    }
-    Err(VolumeError::Unsupported { found: extension(&lower), accepted: ".vtu" })
-}
-
-fn extension(file: &str) -> String {
-    file.rsplit_once('.').map_or("no file extension".into(), |(_, extension)| format!("extension .{extension}"))
 }

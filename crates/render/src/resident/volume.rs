@@ -1,9 +1,9 @@
 //! Media on the device: their parameters, bricks, and transfer functions.
 
 use glam::{Mat4, UVec2, UVec3, Vec2, Vec3, Vec4};
-use tyndall_scene::Field;
 use tyndall_scene::description::{Optics, Transfer};
 use tyndall_scene::volume::BRICK_CELLS;
+use tyndall_scene::{Field, FieldError};
 
 use super::atlas::{Atlas, UNIFORM};
 use crate::math::phase;
@@ -138,6 +138,7 @@ fn encode(volume: &tyndall_scene::Volume) -> Volume {
             encoded.brick_offset = Vec3::splat(-0.5 / cells);
             encoded.brick_limit = (dims - 1.0) / cells;
         }
+        Field::Mesh(_) => {}
     }
     match &volume.optics {
         Optics::Coefficients { sigma_s, sigma_a, emission, .. } => {
@@ -227,6 +228,15 @@ pub(super) fn check(volumes: &[tyndall_scene::Volume]) -> Result<(), RenderError
             limit: format!("{MAX_VOLUMES} media"),
             advice: "Merge media, or render them in groups.".into(),
         });
+    }
+    for volume in volumes {
+        if let Field::Mesh(_) = volume.field {
+            return Err(RenderError::Setting(FieldError {
+                path: format!("media.{}.density", volume.name),
+                found: "a mesh".into(),
+                accepted: "grids and functions, by this technique".into(),
+            }));
+        }
     }
     Ok(())
 }

@@ -1,7 +1,8 @@
 //! What holds between a scene's fields, which no field can check alone.
 
-use super::{Density, Light, Optics, Scene};
+use super::{Density, Light, Optics, Raw, Scene};
 use crate::FieldError;
+use crate::volume::Format;
 
 impl Scene {
     /// Checks every field and the relations between them. Parsing a [`crate::Document`] does this; a scene built in
@@ -51,7 +52,8 @@ impl Scene {
                         return invalid(&format!("{path}.base"), found, "a base at most 88 scale heights above it");
                     }
                 }
-                _ => {}
+                Density::Grid { file, name: grid, raw } => check_grid(name, file, grid.as_deref(), raw.as_ref())?,
+                Density::Homogeneous { .. } | Density::Mesh { .. } => {}
             }
             if let Optics::Transfer(transfer) = &medium.optics {
                 let path = format!("media.{name}.optics.transfer.stops");
@@ -68,6 +70,27 @@ impl Scene {
         }
         Ok(())
     }
+}
+
+/// What a file is asked for is what its format has.
+fn check_grid(medium: &str, file: &str, name: Option<&str>, raw: Option<&Raw>) -> Result<(), FieldError> {
+    let path = format!("media.{medium}.density.grid");
+    let format = Format::of(file);
+    if format == Some(Format::Raw) && raw.is_none() {
+        let accepted = "`raw` with a file that has no header: its dims, type and spacing";
+        return invalid(&path, format!("no `raw` with file = {file:?}"), accepted);
+    }
+    if format != Some(Format::Raw) && raw.is_some() {
+        let accepted = "`raw` only with a file that has no header: .raw, .bin or .dat";
+        return invalid(&format!("{path}.raw"), format!("`raw` with file = {file:?}"), accepted);
+    }
+    if let (Some(name), Some(format)) = (name, format)
+        && !matches!(format, Format::Vdb | Format::NanoVdb | Format::Vti)
+    {
+        let accepted = format!("no name with {} file, which holds one volume", format.name());
+        return invalid(&format!("{path}.name"), format!("{name:?}"), &accepted);
+    }
+    Ok(())
 }
 
 fn empty_box(path: &str, min: glam::Vec3, max: glam::Vec3) -> Result<(), FieldError> {

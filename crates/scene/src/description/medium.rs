@@ -2,7 +2,8 @@ use glam::{EulerRot, Mat4, Quat, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::quantity::{Finite, Fraction, MeanCosine, Positive, Rgb, Scale, Vector};
+use super::quantity::{ByteCount, Finite, Fraction, MeanCosine, Positive, Rgb, Scale, Vector, VoxelCounts};
+use crate::volume::Stored;
 
 /// A participating medium: a density in space, and what a unit of it does to light.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -45,15 +46,21 @@ pub enum Density {
         #[serde(with = "Positive")]
         scale_height: f32,
     },
-    /// Voxels from a file (OpenVDB `.vdb`, NIfTI `.nii` or `.nii.gz`, VTK `.vti`), interpolated trilinearly. The file's
-    /// own transform applies, then the medium's; NIfTI space is right-anterior-superior, its millimetres become metres; a
-    /// VTK file's lengths are taken as metres.
+    /// Voxels from a file, interpolated trilinearly: OpenVDB `.vdb`, NanoVDB `.nvdb`, NIfTI `.nii` or `.nii.gz`, NRRD
+    /// `.nrrd` or `.nhdr`, MetaImage `.mha` or `.mhd`, VTK `.vti`, NumPy `.npy`, or without header `.raw`, `.bin`, `.dat`;
+    /// or from a folder, a series of DICOM slices. The file's own transform applies, then the medium's. Patients' space is
+    /// right-anterior-superior, its millimetres become metres; a VTK file's lengths are taken as metres. A NumPy array is
+    /// indexed [z][y][x]; it fills a box around the origin whose longest edge is 1 m.
     Grid {
-        /// Path relative to the scene file.
+        /// Path relative to the scene file; that of a folder may end in `/`.
         file: String,
-        /// Which grid of a `.vdb` file, or array of a `.vti` file; may be left out where there is only one.
+        /// Which grid of a `.vdb` or `.nvdb` file, array of a `.vti` file, or series of a folder (its SeriesInstanceUID);
+        /// may be left out where there is only one.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         name: Option<String>,
+        /// What a file without header (`.raw`, `.bin`, `.dat`) does not say of itself.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        raw: Option<Raw>,
     },
     /// An unstructured mesh from a VTK file (`.vtu`) of tetrahedra, hexahedra, wedges or pyramids: linear in each
     /// tetrahedron, into which the others are divided. Its lengths are taken as metres. Outside of its cells there is no
@@ -65,6 +72,27 @@ pub enum Density {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         name: Option<String>,
     },
+}
+
+/// Voxels without header, x fastest; the grid is centred at the origin.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Raw {
+    /// Voxels along x, y, z.
+    #[serde(with = "VoxelCounts")]
+    pub dims: [u32; 3],
+    /// How a voxel is stored.
+    #[serde(rename = "type")]
+    pub sample: Stored,
+    /// Distance of voxel centres along x, y, z [m].
+    #[serde(with = "Scale")]
+    pub spacing: Vec3,
+    /// Whether the highest byte of a voxel comes first.
+    #[serde(default)]
+    pub big_endian: bool,
+    /// Bytes before the first voxel.
+    #[serde(with = "ByteCount", default)]
+    pub offset: u64,
 }
 
 /// What a medium does to light.

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 pub use camera::{Camera, Film};
 pub use light::Light;
-pub use medium::{Coefficients, Density, Medium, Optics, Phase, Stop, Transfer, Transform};
+pub use medium::{Coefficients, Density, Medium, Optics, Phase, Raw, Stop, Transfer, Transform};
 
 use crate::parameter::Value;
 

@@ -67,6 +67,13 @@ fn what_the_parser_refuses_is_invalid() {
         (&fog, "/media/fog/optics/coefficients/phase", json!("mie")),
         (&fog, "/media/fog/optics/coefficients/phase/hg/g", json!(1)),
         (&fog, "/media/smoke/transform/scale", json!([1, 0, 1])),
+        (&fog, "/media/smoke/density/grid/raw", json!({ "dims": [1, 0, 1], "type": "u8", "spacing": 1 })),
+        (&fog, "/media/smoke/density/grid/raw", json!({ "dims": [1, 1, 1], "type": "u7", "spacing": 1 })),
+        (
+            &fog,
+            "/media/smoke/density/grid/raw",
+            json!({ "dims": [1, 1, 1], "type": "u8", "spacing": 1, "offset": 0.5 }),
+        ),
         (&fog, "/techniques", json!({ "march": { "step": [1] } })),
         (&fog, "/techniques", json!({ "march": 3 })),
         (&fog, "/light", json!({})),

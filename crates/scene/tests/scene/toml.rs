@@ -263,6 +263,42 @@ fn densities() {
                 "density.grid = { file = \"a.vdb\", name = 3 }",
                 "6:41: media.a.density.grid.name: found 3; accepted: text in quotes",
             ),
+            (
+                "density.grid = { file = \"a.nii\", name = \"density\" }",
+                "6:41: media.a.density.grid.name: found \"density\"; accepted: no name with a NIfTI file, which holds one volume",
+            ),
+            (
+                "density.grid = { file = \"a.raw\" }",
+                "6:16: media.a.density.grid: found no `raw` with file = \"a.raw\"; accepted: `raw` with a file that has no header: its dims, type and spacing",
+            ),
+            (
+                "density.grid = { file = \"a.npy\", raw = { dims = [1, 1, 1], type = \"u8\", spacing = 1 } }",
+                "6:40: media.a.density.grid.raw: found `raw` with file = \"a.npy\"; accepted: `raw` only with a file that has no header: .raw, .bin or .dat",
+            ),
+            (
+                "density.grid = { file = \"a.raw\", raw = { dims = [1, 1], type = \"u8\", spacing = 1 } }",
+                "6:49: media.a.density.grid.raw.dims: found [1, 1]; accepted: [x, y, z] in voxels, each a whole number from 1 to 4294967295",
+            ),
+            (
+                "density.grid = { file = \"a.raw\", raw = { dims = [1, 0, 1], type = \"u8\", spacing = 1 } }",
+                "6:49: media.a.density.grid.raw.dims: found [1, 0, 1]; accepted: [x, y, z] in voxels, each a whole number from 1 to 4294967295",
+            ),
+            (
+                "density.grid = { file = \"a.raw\", raw = { dims = [1, 1, 1], type = \"u7\", spacing = 1 } }",
+                "6:67: media.a.density.grid.raw.type: found `u7`; accepted: one of `u8`, `i8`, `u16`, `i16`, `u32`, `i32`, `u64`, `i64`, `f16`, `f32`, `f64`",
+            ),
+            (
+                "density.grid = { file = \"a.raw\", raw = { dims = [1, 1, 1], type = \"u8\", spacing = 0 } }",
+                "6:83: media.a.density.grid.raw.spacing: found 0; accepted: a number > 0, or three of them [x, y, z]",
+            ),
+            (
+                "density.grid = { file = \"a.raw\", raw = { dims = [1, 1, 1], type = \"u8\", spacing = 1, offset = -1 } }",
+                "6:95: media.a.density.grid.raw.offset: found -1; accepted: a whole number of bytes",
+            ),
+            (
+                "density.grid = { file = \"a.raw\", raw = { dims = [1, 1, 1], type = \"u8\", spacing = 1, big_endian = 1 } }",
+                "6:99: media.a.density.grid.raw.big_endian: found 1; accepted: a boolean",
+            ),
         ],
     );
 }
