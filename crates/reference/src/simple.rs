@@ -123,5 +123,8 @@ fn highest(volume: &Volume) -> f64 {
             let voxels = (0..z).flat_map(|k| (0..y).flat_map(move |j| (0..x).map(move |i| grid.value(i, j, k))));
             sigma_t(voxels.fold(0.0, f32::max))
         }
+        (_, Field::Sphere(_)) => sigma_t(1.0),
+        (_, Field::Noise(noise)) => sigma_t(noise.range(Vec3::ZERO, Vec3::ONE)[1]),
+        (_, Field::Expression(expression)) => sigma_t(expression.highest),
     }
 }

@@ -8,6 +8,7 @@ use glam::{Mat4, Vec3};
 
 use crate::assets::Assets;
 use crate::description::{Density, Optics, Scene};
+use crate::field::{Expression, Formula, Fractal, Noise, Sphere};
 use crate::volume::{Budget, Grid, VolumeError, read_nifti, read_vdb, vdb_grid_names};
 use crate::{FieldError, document};
 
@@ -52,6 +53,12 @@ pub enum Field {
     },
     /// Voxels: voxel (i,j,k) of n has its centre at ((i,j,k) + ½)/n.
     Grid(Arc<Grid>),
+    /// A ball that touches the cube's faces.
+    Sphere(Sphere),
+    /// Fractal noise above a threshold.
+    Noise(Noise),
+    /// A formula of the position.
+    Expression(Arc<Expression>),
 }
 
 impl Field {
@@ -64,6 +71,9 @@ impl Field {
             Field::Homogeneous => 1.0,
             Field::Exponential { base, scale } => (-(unit.y - base) / scale).exp(),
             Field::Grid(grid) => grid.trilinear(unit),
+            Field::Sphere(sphere) => sphere.value(unit),
+            Field::Noise(noise) => noise.value(unit),
+            Field::Expression(expression) => expression.value(unit),
         }
     }
 }
@@ -173,6 +183,20 @@ impl Loader<'_> {
                 let height = max.y - min.y;
                 let field = Field::Exponential { base: (base - min.y) / height, scale: scale_height / height };
                 (field, box_map(min, max))
+            }
+            Density::Sphere { center, radius, falloff } => {
+                let field = Field::Sphere(Sphere { falloff: falloff / radius });
+                (field, box_map(&(center - radius), &(center + radius)))
+            }
+            Density::Noise { min, max, scale, octaves, gain, lacunarity, threshold, seed } => {
+                let fractal = Fractal { octaves: *octaves, gain: *gain, lacunarity: *lacunarity, seed: *seed };
+                let (origin, extent) = (min / scale, (max - min) / scale);
+                (Field::Noise(Noise { fractal, threshold: *threshold, origin, extent }), box_map(min, max))
+            }
+            Density::Expression { min, max, wgsl, highest } => {
+                let formula = Formula::parse(wgsl).map_err(|error| error.of(medium))?;
+                let field = Expression { formula, min: *min, size: max - min, highest: *highest };
+                (Field::Expression(Arc::new(field)), box_map(min, max))
             }
             Density::Grid { file, name } => {
                 let grid = self.grid(medium, file, name)?;

@@ -1,5 +1,6 @@
 //! A world as the GPU holds it: textures and buffers that techniques read.
 
+pub mod expression;
 mod light;
 mod view;
 mod volume;

@@ -4,9 +4,9 @@ use std::borrow::Cow;
 
 use glam::{Mat4, Vec2, Vec3};
 use half::f16;
-use tyndall_scene::Field;
 use tyndall_scene::description::{Optics, Transfer};
 use tyndall_scene::volume::{Grid, Voxels};
+use tyndall_scene::{Field, FieldError};
 
 use crate::math::phase;
 use crate::{Gpu, RenderError};
@@ -68,6 +68,8 @@ fn encode(volume: &tyndall_scene::Volume) -> Volume {
         Field::Homogeneous => (0, Vec2::ZERO),
         Field::Exponential { base, scale } => (1, Vec2::new(base, scale)),
         Field::Grid(_) => (2, Vec2::ZERO),
+        // Refused by `check`.
+        Field::Sphere(_) | Field::Noise(_) | Field::Expression(_) => (0, Vec2::ZERO),
     };
     let common = Volume {
         unit_from_world: volume.unit_from_world,
@@ -160,6 +162,13 @@ pub(super) fn check(gpu: &Gpu, volumes: &[tyndall_scene::Volume]) -> Result<(), 
     }
     let limit = gpu.device.limits().max_texture_dimension_3d;
     for volume in volumes {
+        if matches!(volume.field, Field::Sphere(_) | Field::Noise(_) | Field::Expression(_)) {
+            return Err(RenderError::Setting(FieldError {
+                path: format!("media.{}.density", volume.name),
+                found: "a density that is not yet marched".into(),
+                accepted: "homogeneous, exponential or grid; `tyndall reference` takes all".into(),
+            }));
+        }
         let Field::Grid(grid) = &volume.field else { continue };
         let [x, y, z] = grid.dims;
         let longest = x.max(y).max(z);
