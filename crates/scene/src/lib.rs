@@ -7,6 +7,7 @@
 pub mod assets;
 pub mod description;
 mod document;
+pub mod field;
 pub mod image;
 pub mod metrics;
 pub mod parameter;

@@ -8,6 +8,7 @@ use glam::{Mat4, Vec3};
 
 use crate::assets::{Assets, Hashed};
 use crate::description::{Density, Optics, Scene};
+use crate::field::{Expression, Formula, Fractal, Noise, Sphere};
 use crate::volume::{Budget, FileError, Grid, Mesh, VolumeError, read_grid, read_mesh};
 use crate::{FieldError, document};
 
@@ -50,6 +51,12 @@ pub enum Field {
         /// The height over which it falls by e.
         scale: f32,
     },
+    /// A ball that touches the cube's faces.
+    Sphere(Sphere),
+    /// Fractal noise above a threshold.
+    Noise(Noise),
+    /// A formula of the position.
+    Expression(Arc<Expression>),
     /// Voxels: voxel (i,j,k) of n has its centre at ((i,j,k) + ½)/n.
     Grid(Arc<Grid>),
     /// Tetrahedra; outside of them there is no medium.
@@ -71,6 +78,9 @@ impl Field {
         match self {
             Field::Homogeneous => Some(1.0),
             Field::Exponential { base, scale } => Some((-(unit.y - base) / scale).exp()),
+            Field::Sphere(sphere) => Some(sphere.value(unit)),
+            Field::Noise(noise) => Some(noise.value(unit)),
+            Field::Expression(expression) => Some(expression.value(unit)),
             Field::Grid(grid) => Some(grid.trilinear(unit)),
             Field::Mesh(mesh) => mesh.value(unit),
         }
@@ -184,6 +194,20 @@ impl Loader<'_> {
                 let height = max.y - min.y;
                 let field = Field::Exponential { base: (base - min.y) / height, scale: scale_height / height };
                 (field, box_map(min, max))
+            }
+            Density::Sphere { center, radius, falloff } => {
+                let field = Field::Sphere(Sphere { falloff: falloff / radius });
+                (field, box_map(&(center - radius), &(center + radius)))
+            }
+            Density::Noise { min, max, scale, octaves, gain, lacunarity, threshold, seed } => {
+                let fractal = Fractal { octaves: *octaves, gain: *gain, lacunarity: *lacunarity, seed: *seed };
+                let (origin, extent) = (min / scale, (max - min) / scale);
+                (Field::Noise(Noise { fractal, threshold: *threshold, origin, extent }), box_map(min, max))
+            }
+            Density::Expression { min, max, wgsl, highest } => {
+                let formula = Formula::parse(wgsl).map_err(|error| error.of(medium))?;
+                let field = Expression { formula, min: *min, size: max - min, highest: *highest };
+                (Field::Expression(Arc::new(field)), box_map(min, max))
             }
             Density::Grid { file, name, raw } => {
                 let grid = match self.grids.iter().find(|(known, _)| known == density) {

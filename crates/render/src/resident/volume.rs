@@ -138,7 +138,8 @@ fn encode(volume: &tyndall_scene::Volume) -> Volume {
             encoded.brick_offset = Vec3::splat(-0.5 / cells);
             encoded.brick_limit = (dims - 1.0) / cells;
         }
-        Field::Mesh(_) => {}
+        // Refused by `check`.
+        Field::Mesh(_) | Field::Sphere(_) | Field::Noise(_) | Field::Expression(_) => {}
     }
     match &volume.optics {
         Optics::Coefficients { sigma_s, sigma_a, emission, .. } => {
@@ -230,11 +231,11 @@ pub(super) fn check(volumes: &[tyndall_scene::Volume]) -> Result<(), RenderError
         });
     }
     for volume in volumes {
-        if let Field::Mesh(_) = volume.field {
+        if matches!(volume.field, Field::Mesh(_) | Field::Sphere(_) | Field::Noise(_) | Field::Expression(_)) {
             return Err(RenderError::Setting(FieldError {
                 path: format!("media.{}.density", volume.name),
-                found: "a mesh".into(),
-                accepted: "grids and functions, by this technique".into(),
+                found: "a density that is not yet marched".into(),
+                accepted: "homogeneous, exponential or grid; `tyndall reference` takes all".into(),
             }));
         }
     }

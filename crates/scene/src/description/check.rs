@@ -2,6 +2,7 @@
 
 use super::{Density, Light, Optics, Raw, Scene};
 use crate::FieldError;
+use crate::field::{Formula, MAX_COORDINATE};
 use crate::volume::Format;
 
 impl Scene {
@@ -52,8 +53,32 @@ impl Scene {
                         return invalid(&format!("{path}.base"), found, "a base at most 88 scale heights above it");
                     }
                 }
+                Density::Sphere { radius, falloff, .. } if falloff > radius => {
+                    let found = format!("{falloff:?} with radius = {radius:?}");
+                    let accepted = "a length of at most the radius";
+                    return invalid(&format!("media.{name}.density.sphere.falloff"), found, accepted);
+                }
+                Density::Noise { min, max, .. } if min.cmpge(*max).any() => {
+                    return empty_box(&format!("media.{name}.density.noise.max"), *min, *max);
+                }
+                Density::Noise { min, max, scale, octaves, lacunarity, .. } => {
+                    let finest = scale / lacunarity.powf(*octaves as f32 - 1.0);
+                    let farthest = min.abs().max(max.abs()).max_element();
+                    if farthest / finest > MAX_COORDINATE {
+                        let found =
+                            format!("{scale:?}, whose finest octave is {finest:e} m, in a box up to {farthest:?} m");
+                        let accepted = "a scale whose finest octave is at least a 2^20th of that";
+                        return invalid(&format!("media.{name}.density.noise.scale"), found, accepted);
+                    }
+                }
+                Density::Expression { min, max, .. } if min.cmpge(*max).any() => {
+                    return empty_box(&format!("media.{name}.density.expression.max"), *min, *max);
+                }
+                Density::Expression { wgsl, .. } => {
+                    Formula::parse(wgsl).map_err(|error| error.of(name))?;
+                }
                 Density::Grid { file, name: grid, raw } => check_grid(name, file, grid.as_deref(), raw.as_ref())?,
-                Density::Homogeneous { .. } | Density::Mesh { .. } => {}
+                Density::Homogeneous { .. } | Density::Sphere { .. } | Density::Mesh { .. } => {}
             }
             if let Optics::Transfer(transfer) = &medium.optics {
                 let path = format!("media.{name}.optics.transfer.stops");

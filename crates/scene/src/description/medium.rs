@@ -2,7 +2,10 @@ use glam::{EulerRot, Mat4, Quat, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::quantity::{ByteCount, Finite, Fraction, MeanCosine, Positive, Rgb, Scale, Vector, VoxelCounts};
+use super::quantity::{
+    ByteCount, Finite, Fraction, Lacunarity, MeanCosine, NonNegative, Octaves, Positive, Rgb, Scale, Seed, Vector,
+    VoxelCounts,
+};
 use crate::volume::Stored;
 
 /// A participating medium: a density in space, and what a unit of it does to light.
@@ -45,6 +48,62 @@ pub enum Density {
         /// The height over which the density falls by e [m].
         #[serde(with = "Positive")]
         scale_height: f32,
+    },
+    /// A ball: 1 within, falling to 0 at its surface as 3t² − 2t³, with t = (radius − distance from the centre)/falloff.
+    Sphere {
+        /// The centre [m].
+        #[serde(with = "Vector")]
+        center: Vec3,
+        /// The radius [m].
+        #[serde(with = "Positive")]
+        radius: f32,
+        /// The length over which the density falls, inside the surface [m]; 0 is a hard edge.
+        #[serde(with = "NonNegative", default)]
+        falloff: f32,
+    },
+    /// Fractional Brownian motion: max(0, Σ gain^k · noise(lacunarity^k · p/scale) − threshold), k from 0 to octaves − 1,
+    /// of gradient noise, whose standard deviation is 0.19 and which is at most ±1.5 (`docs/fields.md`).
+    Noise {
+        /// The box's lowest corner [m].
+        #[serde(with = "Vector")]
+        min: Vec3,
+        /// The box's highest corner [m].
+        #[serde(with = "Vector")]
+        max: Vec3,
+        /// The size of the largest features [m].
+        #[serde(with = "Positive")]
+        scale: f32,
+        /// How many sizes of features there are.
+        #[serde(with = "Octaves", default = "octaves")]
+        octaves: u32,
+        /// How strong each is, relative to the next larger.
+        #[serde(with = "Fraction", default = "half")]
+        gain: f32,
+        /// How many times smaller each is than the next larger.
+        #[serde(with = "Lacunarity", default = "two")]
+        lacunarity: f32,
+        /// The sum that counts as no density; 0 leaves half of the box empty, less fills more of it.
+        #[serde(with = "Finite", default)]
+        threshold: f32,
+        /// Which noise it is.
+        #[serde(with = "Seed", default)]
+        seed: u32,
+    },
+    /// A formula of the position, clamped to [0, highest]; what is no finite number counts as 0.
+    Expression {
+        /// The box's lowest corner [m].
+        #[serde(with = "Vector")]
+        min: Vec3,
+        /// The box's highest corner [m].
+        #[serde(with = "Vector")]
+        max: Vec3,
+        /// One WGSL expression of type f32 of `p`, the position in the medium's own space [m], a vec3f: with numbers, bools,
+        /// vectors of them, WGSL's functions of these, and `noise(p)` and `fbm(p, octaves)`, whose largest features are 1
+        /// m.
+        wgsl: String,
+        /// The highest density; higher values count as this.
+        #[serde(with = "Positive", default = "one")]
+        highest: f32,
     },
     /// Voxels from a file, interpolated trilinearly: OpenVDB `.vdb`, NanoVDB `.nvdb`, NIfTI `.nii` or `.nii.gz`, NRRD
     /// `.nrrd` or `.nhdr`, MetaImage `.mha` or `.mhd`, VTK `.vti`, NumPy `.npy`, or without header `.raw`, `.bin`, `.dat`;
@@ -198,6 +257,18 @@ impl Transfer {
 
 fn one() -> f32 {
     1.0
+}
+
+fn octaves() -> u32 {
+    5
+}
+
+fn half() -> f32 {
+    0.5
+}
+
+fn two() -> f32 {
+    2.0
 }
 
 /// One stop of a transfer function.

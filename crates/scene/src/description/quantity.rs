@@ -8,6 +8,8 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, Deserializer, Visitor};
 use serde::{Deserialize, Serialize, Serializer};
 
+use crate::field::MAX_OCTAVES;
+
 /// Declares a scalar kind: its name, what is accepted in words, the test, and the schema's bounds.
 macro_rules! scalar {
     ($(#[$doc:meta])* $name:ident, $accepted:literal, $test:expr, { $($bound:tt)* }) => {
@@ -66,6 +68,53 @@ scalar!(
     /// A field of view or a cone's half-angle in degrees, strictly between 0 and 180.
     Degrees, "an angle in degrees between 0 and 180 (exclusive)", |x| x > 0.0 && x < 180.0,
     { "exclusiveMinimum": 0, "exclusiveMaximum": 180 }
+);
+
+scalar!(
+    /// How many times finer an octave of noise is than the one before.
+    Lacunarity, "a number from 1 to 8", |x| (1.0..=8.0).contains(&x), { "minimum": 1, "maximum": 8 }
+);
+
+/// Declares a kind of whole numbers: its name, what is accepted in words, and its bounds.
+macro_rules! whole {
+    ($(#[$doc:meta])* $name:ident, $accepted:literal, $min:expr, $max:expr) => {
+        $(#[$doc])*
+        pub struct $name;
+
+        impl $name {
+            /// Reads the number, or says what was found and what is accepted.
+            pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
+                let value = deserializer.deserialize_any(Number($accepted))?;
+                if value.fract() == 0.0 && (f64::from($min)..=f64::from($max)).contains(&value) {
+                    return Ok(value as u32);
+                }
+                Err(de::Error::invalid_value(de::Unexpected::Float(value), &$accepted))
+            }
+
+            /// Writes the number.
+            pub fn serialize<S: Serializer>(value: &u32, serializer: S) -> Result<S::Ok, S::Error> {
+                value.serialize(serializer)
+            }
+        }
+
+        impl JsonSchema for $name {
+            fn schema_name() -> Cow<'static, str> {
+                stringify!($name).into()
+            }
+            fn json_schema(_: &mut SchemaGenerator) -> Schema {
+                json_schema!({ "type": "integer", "description": $accepted, "minimum": $min, "maximum": $max })
+            }
+        }
+    };
+}
+
+whole!(
+    /// Octaves of a fractal.
+    Octaves, "a whole number from 1 to 12", 1u32, MAX_OCTAVES
+);
+whole!(
+    /// What starts random numbers.
+    Seed, "a whole number from 0 to 4294967295", 0u32, u32::MAX
 );
 
 /// A number written as integer or float.

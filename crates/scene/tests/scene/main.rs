@@ -1,7 +1,9 @@
 //! Scene files: what is read, what is refused, and what the messages say.
 
 mod corrupt;
+mod density;
 mod field;
+mod formula;
 mod json;
 mod schema;
 mod set;
@@ -11,11 +13,12 @@ mod world;
 use tyndall_scene::Document;
 
 /// The shipped scenes, by file name.
-const SCENES: [(&str, &str); 4] = [
+const SCENES: [(&str, &str); 5] = [
     ("plume.toml", include_str!("../../../../scenes/plume.toml")),
     ("fire.toml", include_str!("../../../../scenes/fire.toml")),
     ("fog.toml", include_str!("../../../../scenes/fog.toml")),
     ("brain.toml", include_str!("../../../../scenes/brain.toml")),
+    ("cloud.toml", include_str!("../../../../scenes/cloud.toml")),
 ];
 
 /// Three lines that every scene needs.

@@ -296,7 +296,7 @@ fn small_and_large_media_have_maps() {
 
 #[test]
 fn every_shipped_scene_but_the_brain_loads() {
-    for (index, (name, _)) in SCENES.iter().enumerate().take(3) {
+    for (index, (name, _)) in SCENES.iter().enumerate().filter(|(index, _)| *index != 3) {
         let world = load(scene(index)).unwrap_or_else(|error| panic!("{name}: {error}"));
         check_finite(&world);
     }
