@@ -1,5 +1,6 @@
 //! Bounds of a medium's strength on a coarse grid over its unit cube, for tracking to step through.
 
+use glam::Vec3;
 use rayon::prelude::*;
 use tyndall_scene::Field;
 use tyndall_scene::description::Optics;
@@ -23,6 +24,12 @@ const PER_CELL: u32 = 4;
 
 /// The most cells along an axis.
 const MOST_CELLS: usize = 64;
+
+/// Cells along a ball's diameter.
+const BALL_CELLS: usize = 32;
+
+/// Cells along the largest feature of noise.
+const FEATURE_CELLS: f32 = 8.0;
 
 impl Bounds {
     pub fn new(field: &Field, optics: &Optics) -> Self {
@@ -60,7 +67,35 @@ impl Bounds {
                 // Part of a cell may lie outside the mesh, where there is nothing.
                 Self { cells, ranges: ranges.map(|[_, high]| [0.0, high]).collect() }
             }
+            Field::Sphere(sphere) => Self::over([BALL_CELLS; 3], strengths, |low, high| sphere.range(low, high)),
+            Field::Noise(noise) => {
+                let cells = (noise.extent * FEATURE_CELLS).ceil().clamp(Vec3::ONE, Vec3::splat(MOST_CELLS as f32));
+                Self::over(cells.to_array().map(|n| n as usize), strengths, |low, high| noise.range(low, high))
+            }
+            Field::Expression(expression) => Self { cells: [1; 3], ranges: vec![strengths(0.0, expression.highest)] },
         }
+    }
+
+    /// Bounds from those of a field over any box of the unit cube.
+    fn over(
+        cells: [usize; 3],
+        strengths: impl Fn(f32, f32) -> [f32; 2] + Sync,
+        range: impl Fn(Vec3, Vec3) -> [f32; 2] + Sync,
+    ) -> Self {
+        // Wider by this much, lest rounding put a point into the neighbouring cell.
+        const MARGIN: f32 = 1e-6;
+        let size = Vec3::from(cells.map(|n| 1.0 / n as f32));
+        let ranges = (0..cells[0] * cells[1] * cells[2])
+            .into_par_iter()
+            .map(|i| {
+                let cell =
+                    Vec3::from([i % cells[0], i / cells[0] % cells[1], i / (cells[0] * cells[1])].map(|n| n as f32));
+                let (low, high) = (cell * size - MARGIN, (cell + 1.0) * size + MARGIN);
+                let [low, high] = range(low.max(Vec3::ZERO), high.min(Vec3::ONE));
+                strengths(low, high)
+            })
+            .collect();
+        Self { cells, ranges }
     }
 
     /// The highest strength anywhere.
@@ -140,8 +175,9 @@ fn strengths(optics: &Optics, knots: &[f32], low: f32, high: f32) -> [f32; 2] {
 mod test {
     use std::sync::Arc;
 
-    use glam::{Mat4, Vec3};
+    use glam::Mat4;
     use tyndall_scene::description::Phase;
+    use tyndall_scene::field::{Expression, Formula, Fractal, Noise, Sphere};
     use tyndall_scene::volume::Voxels;
 
     use super::*;
@@ -156,22 +192,32 @@ mod test {
         for dims in [[1, 1, 1], [5, 3, 2], [17, 8, 9], [300, 2, 1]] {
             let voxels = (0..dims.iter().product()).map(|_: u32| rng.uniform() as f32).collect();
             let grid = Grid::dense(dims, Voxels::F32(voxels), Mat4::IDENTITY);
-            let field = Field::Grid(Arc::new(grid));
-            let bounds = Bounds::new(&field, &optics);
-            let mut seen = vec![[f32::INFINITY, f32::NEG_INFINITY]; bounds.ranges.len()];
-            for _ in 0..400_000 {
-                let unit = [0; 3].map(|_| rng.uniform());
-                let cell = [0, 1, 2].map(|axis| (unit[axis] * bounds.cells[axis] as f64) as usize);
-                let cell = cell[0] + bounds.cells[0] * (cell[1] + bounds.cells[1] * cell[2]);
-                let value = field.value(Vec3::from_array(unit.map(|x| x as f32)));
-                seen[cell] = [seen[cell][0].min(value), seen[cell][1].max(value)];
-            }
-            let mut slack = 0.0;
-            for (seen, range) in seen.iter().zip(&bounds.ranges) {
-                assert!(range[0] <= seen[0] + 1e-6 && seen[1] <= range[1] + 1e-6, "{seen:?} is not in {range:?}");
-                slack += (range[1] - seen[1] + seen[0] - range[0]) / bounds.ranges.len() as f32;
-            }
-            assert!(slack < 0.35, "{dims:?}: bounds are {slack} too wide on average");
+            check(&Field::Grid(Arc::new(grid)), &optics, 0.35, &mut rng);
         }
+        check(&Field::Sphere(Sphere { falloff: 0.4 }), &optics, 0.1, &mut rng);
+        let fractal = Fractal { octaves: 2, gain: 0.5, lacunarity: 2.0, seed: 1 };
+        let noise = Noise { fractal, threshold: -0.1, origin: Vec3::splat(-3.7), extent: Vec3::new(2.0, 1.0, 0.3) };
+        check(&Field::Noise(noise), &optics, 0.5, &mut rng);
+        let formula = Formula::parse("p.x").unwrap();
+        let expression = Expression { formula, min: Vec3::ZERO, size: Vec3::ONE, highest: 0.7 };
+        check(&Field::Expression(Arc::new(expression)), &optics, 0.1, &mut rng);
+    }
+
+    fn check(field: &Field, optics: &Optics, most_slack: f32, rng: &mut Random) {
+        let bounds = Bounds::new(field, optics);
+        let mut seen = vec![[f32::INFINITY, f32::NEG_INFINITY]; bounds.ranges.len()];
+        for _ in 0..400_000 {
+            let unit = [0; 3].map(|_| rng.uniform());
+            let cell = [0, 1, 2].map(|axis| (unit[axis] * bounds.cells[axis] as f64) as usize);
+            let cell = cell[0] + bounds.cells[0] * (cell[1] + bounds.cells[1] * cell[2]);
+            let value = field.value(Vec3::from_array(unit.map(|x| x as f32)));
+            seen[cell] = [seen[cell][0].min(value), seen[cell][1].max(value)];
+        }
+        let mut slack = 0.0;
+        for (seen, range) in seen.iter().zip(&bounds.ranges) {
+            assert!(range[0] <= seen[0] + 1e-6 && seen[1] <= range[1] + 1e-6, "{seen:?} is not in {range:?}");
+            slack += (range[1] - seen[1] + seen[0] - range[0]) / bounds.ranges.len() as f32;
+        }
+        assert!(slack < most_slack, "{field:?}: bounds are {slack} too wide on average");
     }
 }

@@ -123,5 +123,8 @@ fn highest(volume: &Volume) -> f64 {
         (_, Field::Mesh(mesh)) => {
             sigma_t((0..mesh.count()).flat_map(|cell| mesh.corner_values(cell)).fold(0.0, f32::max))
         }
+        (_, Field::Sphere(_)) => sigma_t(1.0),
+        (_, Field::Noise(noise)) => sigma_t(noise.range(Vec3::ZERO, Vec3::ONE)[1]),
+        (_, Field::Expression(expression)) => sigma_t(expression.highest),
     }
 }

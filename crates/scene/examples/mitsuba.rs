@@ -67,7 +67,7 @@ fn export(scene: &Path, folder: &Path, size: Option<(&str, &str)>) -> Result<()>
                 json!(path)
             }
             Field::Mesh(_) => return Err(format!("media.{name}: Mitsuba has no unstructured meshes").into()),
-            Field::Exponential { .. } => return Err(format!("media.{name}: Mitsuba has no exponential density").into()),
+            _ => return Err(format!("media.{name}: Mitsuba has no densities that are functions").into()),
         };
         media.push(json!({
             "world_from_unit": volume.world_from_unit.transpose().to_cols_array_2d(),

@@ -8,6 +8,7 @@ pub mod assets;
 mod blackbody;
 pub mod description;
 mod document;
+pub mod field;
 pub mod image;
 pub mod metrics;
 pub mod parameter;

@@ -1,15 +1,15 @@
 //! A scene with its assets in memory: what the renderers read.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io;
 use std::sync::Arc;
 
 use glam::{Mat4, Vec3};
 
-use crate::assets::Assets;
-use crate::description::{Clip, Coefficients, Density, Medium, Optics, Plane, Scene, TemperatureGrid};
-use crate::volume::{Budget, Grid, Mesh, VolumeError, read_nifti, read_vdb, read_vti, read_vtu, vdb_grid_names};
+use crate::assets::{Assets, Hashed};
+use crate::description::{Clip, Coefficients, Density, Medium, Optics, Plane, Raw, Scene, TemperatureGrid};
+use crate::field::{Expression, Formula, Fractal, Noise, Sphere};
+use crate::volume::{Budget, FileError, Grid, Mesh, VolumeError, read_grid, read_mesh};
 use crate::{Color, FieldError, PlacedGrid, Temperature, document};
 
 /// A loaded scene.
@@ -79,6 +79,12 @@ pub enum Field {
         /// The height over which it falls by e.
         scale: f32,
     },
+    /// A ball that touches the cube's faces.
+    Sphere(Sphere),
+    /// Fractal noise above a threshold.
+    Noise(Noise),
+    /// A formula of the position.
+    Expression(Arc<Expression>),
     /// Voxels: voxel (i,j,k) of n has its centre at ((i,j,k) + ½)/n.
     Grid(Arc<Grid>),
     /// Tetrahedra; outside of them there is no medium.
@@ -100,6 +106,9 @@ impl Field {
         match self {
             Field::Homogeneous => Some(1.0),
             Field::Exponential { base, scale } => Some((-(unit.y - base) / scale).exp()),
+            Field::Sphere(sphere) => Some(sphere.value(unit)),
+            Field::Noise(noise) => Some(noise.value(unit)),
+            Field::Expression(expression) => Some(expression.value(unit)),
             Field::Grid(grid) => Some(grid.trilinear(unit)),
             Field::Mesh(mesh) => mesh.value(unit),
         }
@@ -176,7 +185,7 @@ impl World {
         let mut hasher = blake3::Hasher::new();
         let depicted = Scene { techniques: BTreeMap::new(), ..scene.clone() };
         hasher.update(serde_json::to_string(&depicted).expect("a scene has only string keys").as_bytes());
-        let mut loader = Loader { assets, left: budget, hasher, grids: BTreeMap::new(), meshes: BTreeMap::new() };
+        let mut loader = Loader { assets, left: budget, hasher, grids: Vec::new(), meshes: Vec::new() };
         let mut volumes = Vec::new();
         for (name, medium) in &scene.media {
             let (field, local_from_unit) = loader.field(name, &medium.density)?;
@@ -208,11 +217,20 @@ struct Loader<'a> {
     assets: &'a dyn Assets,
     left: Budget,
     hasher: blake3::Hasher,
-    grids: BTreeMap<(String, Option<String>), Arc<Grid>>,
-    meshes: BTreeMap<(String, Option<String>), Arc<Mesh>>,
+    /// What was read already, with what says so.
+    grids: Vec<(Source, Arc<Grid>)>,
+    meshes: Vec<(Density, Arc<Mesh>)>,
 }
 
-impl<'a> Loader<'a> {
+/// Where a grid comes from.
+#[derive(PartialEq)]
+struct Source {
+    file: String,
+    name: Option<String>,
+    raw: Option<Raw>,
+}
+
+impl Loader<'_> {
     /// A density as a field over the unit cube, and the map from that cube to the medium's space.
     fn field(&mut self, medium: &str, density: &Density) -> Result<(Field, Mat4), LoadError> {
         let box_map = |min: &Vec3, max: &Vec3| Mat4::from_translation(*min) * Mat4::from_scale(max - min);
@@ -223,14 +241,39 @@ impl<'a> Loader<'a> {
                 let field = Field::Exponential { base: (base - min.y) / height, scale: scale_height / height };
                 (field, box_map(min, max))
             }
-            Density::Grid { file, name } => {
-                let path = format!("media.{medium}.density.grid");
-                let grid = self.grid(&path, "name", file, name)?;
+            Density::Sphere { center, radius, falloff } => {
+                let field = Field::Sphere(Sphere { falloff: falloff / radius });
+                (field, box_map(&(center - radius), &(center + radius)))
+            }
+            Density::Noise { min, max, scale, octaves, gain, lacunarity, threshold, seed } => {
+                let fractal = Fractal { octaves: *octaves, gain: *gain, lacunarity: *lacunarity, seed: *seed };
+                let (origin, extent) = (min / scale, (max - min) / scale);
+                (Field::Noise(Noise { fractal, threshold: *threshold, origin, extent }), box_map(min, max))
+            }
+            Density::Expression { min, max, wgsl, highest } => {
+                let formula = Formula::parse(wgsl).map_err(|error| error.of(medium))?;
+                let field = Expression { formula, min: *min, size: max - min, highest: *highest };
+                (Field::Expression(Arc::new(field)), box_map(min, max))
+            }
+            Density::Grid { file, name, raw } => {
+                let source = Source { file: file.clone(), name: name.clone(), raw: raw.clone() };
+                let grid = self.grid(source, &format!("media.{medium}.density.grid"), "name")?;
                 let map = grid.world_from_unit();
                 (Field::Grid(grid), map)
             }
             Density::Mesh { file, name } => {
-                let mesh = self.mesh(medium, file, name)?;
+                let mesh = match self.meshes.iter().find(|(known, _)| known == density) {
+                    Some((_, mesh)) => mesh.clone(),
+                    None => {
+                        let assets = Hashed::new(self.assets, &mut self.hasher);
+                        let mesh = read_mesh(file, name.as_deref(), &assets, self.left)
+                            .map_err(|error| wrong(&format!("media.{medium}.density.mesh"), "name", file, error))?;
+                        self.left.0 = self.left.0.saturating_sub(mesh.bytes());
+                        let mesh = Arc::new(mesh);
+                        self.meshes.push((density.clone(), mesh.clone()));
+                        mesh
+                    }
+                };
                 let map = mesh.world_from_unit();
                 (Field::Mesh(mesh), map)
             }
@@ -239,87 +282,35 @@ impl<'a> Loader<'a> {
 
     fn temperature(&mut self, name: &str, medium: &Medium) -> Result<Option<Temperature>, LoadError> {
         let Some(temperature) = &medium.temperature else { return Ok(None) };
-        let path = format!("media.{name}.temperature");
-        let grid = self.grid(&path, "name", &temperature.file, &temperature.name)?;
+        let source = Source { file: temperature.file.clone(), name: temperature.name.clone(), raw: None };
+        let grid = self.grid(source, &format!("media.{name}.temperature"), "name")?;
         let &TemperatureGrid { kelvin, offset, radiance_scale, .. } = temperature;
         Ok(Some(Temperature { grid: placed(name, medium, grid)?, kelvin, offset, radiance_scale }))
     }
 
     fn color(&mut self, name: &str, medium: &Medium) -> Result<Option<Color>, LoadError> {
         let Some(color) = &medium.color else { return Ok(None) };
-        let path = format!("media.{name}.color");
         let mut channel = |i: usize| {
-            let grid = self.grid(&path, &format!("names.{i}"), &color.file, &Some(color.names[i].clone()))?;
+            let source = Source { file: color.file.clone(), name: Some(color.names[i].clone()), raw: None };
+            let grid = self.grid(source, &format!("media.{name}.color"), &format!("names.{i}"))?;
             placed(name, medium, grid)
         };
         Ok(Some(Color { grids: [channel(0)?, channel(1)?, channel(2)?] }))
     }
 
-    /// A grid of a file; both may be at fault, by their fields in the table at `path`.
-    fn grid(
-        &mut self,
-        path: &str,
-        name_field: &str,
-        file: &str,
-        name: &Option<String>,
-    ) -> Result<Arc<Grid>, LoadError> {
-        let key = (file.to_owned(), name.clone());
-        if let Some(grid) = self.grids.get(&key) {
+    /// A grid of a file that the table at `path` names, where `name_field` names one of several.
+    fn grid(&mut self, source: Source, path: &str, name_field: &str) -> Result<Arc<Grid>, LoadError> {
+        if let Some((_, grid)) = self.grids.iter().find(|(known, _)| *known == source) {
             return Ok(grid.clone());
         }
-        let (path, name_path) = (format!("{path}.file"), format!("{path}.{name_field}"));
-        if let Some(name) = name.as_ref().filter(|_| is_nifti(file)) {
-            let accepted = "no name with a NIfTI file, which holds one volume".into();
-            return Err(FieldError { path: name_path, found: format!("{name:?}"), accepted }.into());
-        }
-        let bytes = self.read(&path, file)?;
-        let grid = read_grid(file, &bytes, name.as_deref(), self.left)
-            .map_err(|source| wrong(&path, &name_path, file, source))?;
+        let assets = Hashed::new(self.assets, &mut self.hasher);
+        let grid = read_grid(&source.file, source.name.as_deref(), source.raw.as_ref(), &assets, self.left)
+            .map_err(|error| wrong(path, name_field, &source.file, error))?;
         self.left.0 = self.left.0.saturating_sub(grid.bytes());
         let grid = Arc::new(grid);
-        self.grids.insert(key, grid.clone());
+        self.grids.push((source, grid.clone()));
         Ok(grid)
     }
-
-    fn mesh(&mut self, medium: &str, file: &str, name: &Option<String>) -> Result<Arc<Mesh>, LoadError> {
-        let key = (file.to_owned(), name.clone());
-        if let Some(mesh) = self.meshes.get(&key) {
-            return Ok(mesh.clone());
-        }
-        let [path, name_path] = ["file", "name"].map(|field| format!("media.{medium}.density.mesh.{field}"));
-        let bytes = self.read(&path, file)?;
-        let mesh = read_mesh(file, &bytes, name.as_deref(), self.left)
-            .map_err(|source| wrong(&path, &name_path, file, source))?;
-        self.left.0 = self.left.0.saturating_sub(mesh.bytes());
-        let mesh = Arc::new(mesh);
-        self.meshes.insert(key, mesh.clone());
-        Ok(mesh)
-    }
-
-    /// An asset's bytes, which count for the world's hash.
-    fn read(&mut self, path: &str, file: &str) -> Result<Cow<'a, [u8]>, LoadError> {
-        let bytes = self.assets.read(file, self.left.0).map_err(|source| LoadError::Asset {
-            path: path.into(),
-            file: file.into(),
-            source,
-        })?;
-        // With its length, so that bytes cannot move from one asset to the next unseen.
-        self.hasher.update(&(bytes.len() as u64).to_le_bytes()).update(&bytes);
-        Ok(bytes)
-    }
-}
-
-/// What is wrong with an asset, at the field that names it, or at the one that names a part of it.
-fn wrong(path: &str, name_path: &str, file: &str, source: VolumeError) -> LoadError {
-    let by_name = matches!(
-        source,
-        VolumeError::NoSuchGrid { .. }
-            | VolumeError::NoGridNamed { .. }
-            | VolumeError::NoSuchArray { .. }
-            | VolumeError::NoArrayNamed { .. }
-    );
-    let path = if by_name { name_path } else { path }.into();
-    LoadError::Volume { path, file: file.into(), source }
 }
 
 /// A grid where a medium's transform puts it.
@@ -328,41 +319,19 @@ fn placed(name: &str, medium: &Medium, grid: Arc<Grid>) -> Result<PlacedGrid, Lo
     Ok(PlacedGrid { grid, unit_from_world })
 }
 
-fn is_nifti(file: &str) -> bool {
-    let lower = file.to_ascii_lowercase();
-    lower.ends_with(".nii") || lower.ends_with(".nii.gz")
-}
-
-/// A grid from a file's bytes; the file's name tells its format. Without a name the file must hold just one grid.
-fn read_grid(file: &str, bytes: &[u8], name: Option<&str>, budget: Budget) -> Result<Grid, VolumeError> {
-    if is_nifti(file) {
-        return read_nifti(bytes, budget);
+/// What is wrong with the file of the density at `path`, at the field it is about.
+fn wrong(path: &str, name_field: &str, file: &str, error: FileError) -> LoadError {
+    use VolumeError::{NoArrayNamed, NoGridNamed, NoSuchArray, NoSuchGrid, WhichSeries, WrongLength};
+    let field = match error {
+        FileError::Volume(
+            NoSuchGrid { .. } | NoGridNamed { .. } | NoSuchArray { .. } | NoArrayNamed { .. } | WhichSeries { .. },
+        ) => name_field,
+        FileError::Volume(WrongLength { .. }) => "raw",
+        _ => "file",
+    };
+    let (path, file) = (format!("{path}.{field}"), file.to_owned());
+    match error {
+        FileError::Read(source) => LoadError::Asset { path, file, source },
+        FileError::Volume(source) => LoadError::Volume { path, file, source },
     }
-    let lower = file.to_ascii_lowercase();
-    if lower.ends_with(".vti") {
-        return read_vti(bytes, name, budget);
-    }
-    if !lower.ends_with(".vdb") {
-        return Err(VolumeError::Unsupported { found: extension(&lower), accepted: ".vdb, .nii, .nii.gz or .vti" });
-    }
-    match name {
-        Some(name) => read_vdb(bytes, name, budget),
-        None => match vdb_grid_names(bytes)?.as_slice() {
-            [only] => read_vdb(bytes, only, budget),
-            available => Err(VolumeError::NoGridNamed { available: available.to_vec() }),
-        },
-    }
-}
-
-/// A mesh from a file's bytes; the file's name tells its format.
-fn read_mesh(file: &str, bytes: &[u8], name: Option<&str>, budget: Budget) -> Result<Mesh, VolumeError> {
-    let lower = file.to_ascii_lowercase();
-    if lower.ends_with(".vtu") {
-        return read_vtu(bytes, name, budget);
-    }
-    Err(VolumeError::Unsupported { found: extension(&lower), accepted: ".vtu" })
-}
-
-fn extension(file: &str) -> String {
-    file.rsplit_once('.').map_or("no file extension".into(), |(_, extension)| format!("extension .{extension}"))
 }

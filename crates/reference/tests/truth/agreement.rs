@@ -1,9 +1,12 @@
 //! The tracer against itself: other data for the same medium, other channels, another tracer.
 
+use std::sync::Arc;
+
 use glam::{DVec3, Mat4, Quat, Vec3};
 use tyndall_reference::simple::Simple;
 use tyndall_reference::{Random, Tracer};
 use tyndall_scene::description::{Light, Optics, Phase};
+use tyndall_scene::field::{Expression, Formula, Fractal, Noise, Sphere};
 use tyndall_scene::{Field, Volume, World};
 
 use crate::tolerance::{Estimate, agree};
@@ -150,6 +153,22 @@ fn simple_tracer_agrees() {
     for depth in 0..3 {
         let pairs = pairs(see(&world, Some(depth), 20_000, 100), see_simply(&world, Some(depth), 20_000));
         agree(&pairs, 0.03).unwrap_or_else(|message| panic!("depth {depth}: {message}"));
+    }
+}
+
+/// The one-page tracer, which knows one bound for all of a field, agrees on fields that are functions.
+#[test]
+fn simple_tracer_agrees_on_functions() {
+    let fractal = Fractal { octaves: 4, gain: 0.6, lacunarity: 2.1, seed: 5 };
+    let noise = Noise { fractal, threshold: -0.05, origin: Vec3::splat(-1.3), extent: Vec3::splat(2.5) };
+    let formula = Formula::parse("exp(-8*dot(p, p)) * (0.5 + fbm(5*p, 3))").unwrap();
+    let expression = Expression { formula, min: Vec3::splat(-0.5), size: Vec3::ONE, highest: 1.0 };
+    for field in [Field::Sphere(Sphere { falloff: 0.6 }), Field::Noise(noise), Field::Expression(Arc::new(expression))]
+    {
+        let optics = optics(Vec3::new(6.0, 4.0, 2.0), Vec3::new(0.2, 1.0, 0.1), Phase::Hg { g: 0.6 });
+        let world = world(vec![volume(field, Vec3::ZERO, Vec3::ONE, optics)], lamps());
+        let simple = see_simply(&world, None, 20_000);
+        agree(&pairs(see(&world, None, 20_000, 100), simple), 0.03).unwrap();
     }
 }
 

@@ -1,8 +1,11 @@
 //! Absorption and emission along straight rays: ground truth 2.
 
+use std::sync::Arc;
+
 use glam::{DVec3, Mat4, Quat, Vec3};
 use tyndall_scene::Field;
 use tyndall_scene::description::{Optics, Phase, Stop, Transfer};
+use tyndall_scene::field::{Expression, Formula, Sphere};
 
 use crate::worlds::*;
 
@@ -131,4 +134,47 @@ fn transfer_function() {
     pass(&world, start, DVec3::X, INF, 50_000).assert(DVec3::splat(share), 0.003);
     let truth = 2.0 * color.as_dvec3() * (1.0 - share) + 0.1 * share;
     look(&world, start, DVec3::X, None, 400_000).assert(truth, 0.003);
+}
+
+/// A ball of radius r, passed at a distance b from its centre: T = exp(−σ·2·√(r² − b²)); beside it, 1.
+#[test]
+fn ball() {
+    let (center, r) = (Vec3::new(1.0, 2.0, -1.0), 0.75f64);
+    let field = Field::Sphere(Sphere { falloff: 0.0 });
+    let ball = volume(field, center - r as f32, center + r as f32, grey(1.0, 0.5, Phase::Isotropic));
+    let world = world(vec![ball], vec![]);
+    let across = DVec3::new(0.48, 0.6, 0.64);
+    let aside = across.cross(DVec3::Y).normalize();
+    for b in [0.0f64, 0.3, 0.7, 0.74, 0.76] {
+        let chord = 2.0 * (r * r - b * b).max(0.0).sqrt();
+        let origin = center.as_dvec3() + aside * b - across * 5.0;
+        pass(&world, origin, across, INF, 100_000).assert(DVec3::splat((-1.5 * chord).exp()), 0.003);
+    }
+}
+
+/// A soft ball along a diameter: ∫ (3t² − 2t³) over a falloff of w is w/2 on either side, so that τ = σ·(2r − w).
+#[test]
+fn soft_ball() {
+    let field = Field::Sphere(Sphere { falloff: 0.5 });
+    let world = world(vec![volume(field, Vec3::ZERO, Vec3::ONE, grey(1.0, 0.5, Phase::Isotropic))], vec![]);
+    pass(&world, DVec3::splat(-1.0), DVec3::ONE, INF, 200_000).assert(DVec3::splat((-1.5f64 * 0.75).exp()), 0.002);
+}
+
+/// exp(−y/H) written as a formula is the exponential density; and at its bound the formula is cut.
+#[test]
+fn exponential_formula() {
+    let of = |wgsl: &str, highest| {
+        let formula = Formula::parse(wgsl).unwrap();
+        let (min, size) = (Vec3::new(-1.0, 0.0, 2.0), Vec3::new(2.0, 1.5, 1.0));
+        let field = Field::Expression(Arc::new(Expression { formula, min, size, highest }));
+        world(vec![volume(field, min, min + size, grey(1.0, 0.5, Phase::Isotropic))], vec![])
+    };
+    let exponential = of("exp(-p.y/0.3)", 1.0);
+    let truth = |tau: f64| DVec3::splat((-1.5 * tau).exp());
+    let upright = 0.3 * (1.0 - (-5.0f64).exp());
+    pass(&exponential, DVec3::new(0.1, -1.0, 2.5), DVec3::Y, INF, 200_000).assert(truth(upright), 0.002);
+    let slope = 0.3 / 0.6 * ((-0.2f64 / 0.3).exp() - (-0.8f64 / 0.3).exp());
+    pass(&exponential, DVec3::new(-0.9, 0.2, 2.5), DVec3::new(0.8, 0.6, 0.0), 1.0, 200_000).assert(truth(slope), 0.002);
+    let constant = of("5 * p.x + 10", 0.8);
+    pass(&constant, DVec3::new(0.1, -1.0, 2.5), DVec3::Y, INF, 100_000).assert(truth(1.2), 0.01);
 }

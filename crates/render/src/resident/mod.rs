@@ -1,6 +1,7 @@
 //! A world as the GPU holds it: textures and buffers that techniques read.
 
 mod atlas;
+pub mod expression;
 mod light;
 mod view;
 mod volume;

@@ -1,9 +1,9 @@
 //! Media on the device: their parameters, bricks, and transfer functions.
 
 use glam::{Mat4, UVec2, UVec3, Vec2, Vec3, Vec4};
-use tyndall_scene::Field;
 use tyndall_scene::description::{Optics, Transfer};
 use tyndall_scene::volume::BRICK_CELLS;
+use tyndall_scene::{Field, FieldError};
 
 use super::atlas::{Atlas, UNIFORM};
 use crate::math::phase;
@@ -138,8 +138,8 @@ fn encode(volume: &tyndall_scene::Volume) -> Volume {
             encoded.brick_offset = Vec3::splat(-0.5 / cells);
             encoded.brick_limit = (dims - 1.0) / cells;
         }
-        // Only the technique `cells` renders it, which knows what it is.
-        Field::Mesh(_) => {}
+        // Refused by `check`.
+        Field::Mesh(_) | Field::Sphere(_) | Field::Noise(_) | Field::Expression(_) => {}
     }
     match &volume.optics {
         Optics::Coefficients { sigma_s, sigma_a, emission, .. } => {
@@ -229,6 +229,15 @@ pub(super) fn check(volumes: &[tyndall_scene::Volume]) -> Result<(), RenderError
             limit: format!("{MAX_VOLUMES} media"),
             advice: "Merge media, or render them in groups.".into(),
         });
+    }
+    for volume in volumes {
+        if matches!(volume.field, Field::Mesh(_) | Field::Sphere(_) | Field::Noise(_) | Field::Expression(_)) {
+            return Err(RenderError::Setting(FieldError {
+                path: format!("media.{}.density", volume.name),
+                found: "a density that is not yet marched".into(),
+                accepted: "homogeneous, exponential or grid; `tyndall reference` takes all".into(),
+            }));
+        }
     }
     Ok(())
 }

@@ -1,13 +1,16 @@
 //! WGSL functions, run on the device over many inputs, against their Rust twins.
 
-use glam::{DVec3, Vec3, Vec4};
+use glam::{DVec3, UVec3, Vec3, Vec4};
+use tyndall_scene::Field;
 use tyndall_scene::description::Phase;
+use tyndall_scene::field::{Fractal, gradient_noise};
 use tyndall_scene::image::tonemap;
 
 use super::{gpu, tolerance};
 use crate::Gpu;
 use crate::graph::{Bindings, Shader, shader};
 use crate::math::{phase, ray, slab};
+use crate::resident::expression;
 
 /// Runs a probe: a shader that maps `input` to `output`, an invocation an element.
 fn probe(gpu: &Gpu, shader: &'static Shader, input: &[Vec4]) -> Vec<Vec4> {
@@ -144,6 +147,81 @@ fn agx_equals_its_twin() {
             assert_close(found[c].into(), expected[c].into(), tolerance::PROBE_AGX, x);
         }
     }
+}
+
+#[test]
+fn noise_equals_its_twin() {
+    static NOISE: Shader = shader!("test/probes/noise");
+    let Some(gpu) = gpu() else { return };
+    let mut input: Vec<_> = (0..6400)
+        .map(|i| {
+            let scale = if i % 2 == 0 { 10.0 } else { 3000.0 };
+            Vec3::from([0, 1, 2].map(|d| (spread(i, d) - 0.5) * scale)).extend((i % 7) as f32 * 1000.0)
+        })
+        .collect();
+    // Lattice points, and places where no lattice is left.
+    input[..3].copy_from_slice(&[
+        Vec4::ZERO,
+        Vec4::new(-3.0, 2.0, -1.0, 0.0),
+        Vec4::new(1e30, -1e10, 2147483648.0, 1.0),
+    ]);
+    for (x, found) in input.iter().zip(probe(&gpu, &NOISE, &input)) {
+        let seed = x.w as u32;
+        let fractal = Fractal { octaves: 5, gain: 0.6, lacunarity: 2.0, seed };
+        let expected = [gradient_noise(x.truncate(), UVec3::splat(seed)), fractal.value(x.truncate())];
+        for c in 0..2 {
+            assert_close(found[c].into(), expected[c].into(), tolerance::PROBE, x);
+        }
+    }
+}
+
+/// The same text gives the same density on both sides, bounds and undefined values included.
+#[test]
+fn expressions_equal_their_twins() {
+    const PROBE: Shader = shader!("test/probes/expression");
+    let texts = [
+        "exp(-4.0*dot(p,p)) * (0.5 + 0.5*sin(2.0*p.x)) // a comment",
+        "fbm(3 * p, 4) + 0.5",
+        "noise(p.zxy * 5)",
+        "select(length(p - 0.5), p.y % 0.3, p.x > 0 && p.y < 0.5)",
+        "2.5 * p.x",
+        "1.0 / (p.x - p.x)",
+        "sqrt(p.x)",
+    ];
+    let scene: String = texts
+        .iter()
+        .enumerate()
+        .map(|(i, text)| {
+            let density = format!("{{ min = [-1, -1, -1], max = [1, 1, 1], wgsl = {text:?}, highest = 0.9 }}");
+            format!("[media.m{i}]\noptics.coefficients = {{}}\ndensity.expression = {density}\n")
+        })
+        .collect();
+    let world = super::world(&format!("[camera]\nposition = [0, 0, 3]\ntarget = [0, 0, 0]\n{scene}"));
+    let source = expression::splice(PROBE.source, &world.volumes).unwrap();
+    let shader: &Shader = Box::leak(Box::new(Shader { name: PROBE.name, source: source.leak() }));
+    shader.reflect().unwrap();
+    let Some(gpu) = gpu() else { return };
+    let input: Vec<_> = (0..6400)
+        .map(|i| Vec3::from([0, 1, 2].map(|d| spread(i, d) * 2.0 - 1.0)).extend((i % (texts.len() + 1)) as f32))
+        .collect();
+    for (x, found) in input.iter().zip(probe(&gpu, shader, &input)) {
+        let Some(volume) = world.volumes.get(x.w as usize) else {
+            assert_eq!(found.x, 0.0);
+            continue;
+        };
+        let Field::Expression(expression) = &volume.field else { unreachable!() };
+        let expected = expression.value(0.5 * (x.truncate() + 1.0));
+        assert_close(found.x.into(), expected.into(), tolerance::PROBE_EXPRESSION, x);
+    }
+}
+
+/// Without expressions, and without a marker.
+#[test]
+fn splicing() {
+    const PROBE: Shader = shader!("test/probes/expression");
+    let source = expression::splice(PROBE.source, &[]).unwrap();
+    Shader { name: PROBE.name, source: source.leak() }.reflect().unwrap();
+    assert_eq!(expression::splice("fn main() {}", &[]), None);
 }
 
 #[test]

@@ -5,6 +5,8 @@
 pub const PROBE: f64 = 4e-6;
 /// As [`PROBE`], for AgX: WGSL allows `pow` and `log2` errors of many roundings. A tenth of an 8-bit step.
 pub const PROBE_AGX: f64 = 4e-4;
+/// As [`PROBE`], for expressions: WGSL allows `sin` an error of 2⁻¹¹, drivers stay far below; p is computed twice.
+pub const PROBE_EXPRESSION: f64 = 2e-5;
 /// The marcher where its rule is exact (homogeneous media): single-precision sums over some hundred steps.
 pub const EXACT: f64 = 2e-5;
 /// The marcher on a smooth density at default steps: second order in 1/64 of the box.

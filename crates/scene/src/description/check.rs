@@ -1,7 +1,9 @@
 //! What holds between a scene's fields, which no field can check alone.
 
-use super::{Density, Light, Optics, Scene};
+use super::{Density, Light, Optics, Raw, Scene};
 use crate::FieldError;
+use crate::field::{Formula, MAX_COORDINATE};
+use crate::volume::Format;
 
 impl Scene {
     /// Checks every field and the relations between them. Parsing a [`crate::Document`] does this; a scene built in
@@ -51,7 +53,32 @@ impl Scene {
                         return invalid(&format!("{path}.base"), found, "a base at most 88 scale heights above it");
                     }
                 }
-                _ => {}
+                Density::Sphere { radius, falloff, .. } if falloff > radius => {
+                    let found = format!("{falloff:?} with radius = {radius:?}");
+                    let accepted = "a length of at most the radius";
+                    return invalid(&format!("media.{name}.density.sphere.falloff"), found, accepted);
+                }
+                Density::Noise { min, max, .. } if min.cmpge(*max).any() => {
+                    return empty_box(&format!("media.{name}.density.noise.max"), *min, *max);
+                }
+                Density::Noise { min, max, scale, octaves, lacunarity, .. } => {
+                    let finest = scale / lacunarity.powf(*octaves as f32 - 1.0);
+                    let farthest = min.abs().max(max.abs()).max_element();
+                    if farthest / finest > MAX_COORDINATE {
+                        let found =
+                            format!("{scale:?}, whose finest octave is {finest:e} m, in a box up to {farthest:?} m");
+                        let accepted = "a scale whose finest octave is at least a 2^20th of that";
+                        return invalid(&format!("media.{name}.density.noise.scale"), found, accepted);
+                    }
+                }
+                Density::Expression { min, max, .. } if min.cmpge(*max).any() => {
+                    return empty_box(&format!("media.{name}.density.expression.max"), *min, *max);
+                }
+                Density::Expression { wgsl, .. } => {
+                    Formula::parse(wgsl).map_err(|error| error.of(name))?;
+                }
+                Density::Grid { file, name: grid, raw } => check_grid(name, file, grid.as_deref(), raw.as_ref())?,
+                Density::Homogeneous { .. } | Density::Sphere { .. } | Density::Mesh { .. } => {}
             }
             if let Optics::Transfer(transfer) = &medium.optics {
                 transfer.check(&format!("media.{name}.optics.transfer"))?;
@@ -68,6 +95,27 @@ impl Scene {
         }
         Ok(())
     }
+}
+
+/// What a file is asked for is what its format has.
+fn check_grid(medium: &str, file: &str, name: Option<&str>, raw: Option<&Raw>) -> Result<(), FieldError> {
+    let path = format!("media.{medium}.density.grid");
+    let format = Format::of(file);
+    if format == Some(Format::Raw) && raw.is_none() {
+        let accepted = "`raw` with a file that has no header: its dims, type and spacing";
+        return invalid(&path, format!("no `raw` with file = {file:?}"), accepted);
+    }
+    if format != Some(Format::Raw) && raw.is_some() {
+        let accepted = "`raw` only with a file that has no header: .raw, .bin or .dat";
+        return invalid(&format!("{path}.raw"), format!("`raw` with file = {file:?}"), accepted);
+    }
+    if let (Some(name), Some(format)) = (name, format)
+        && !matches!(format, Format::Vdb | Format::NanoVdb | Format::Vti)
+    {
+        let accepted = format!("no name with {} file, which holds one volume", format.name());
+        return invalid(&format!("{path}.name"), format!("{name:?}"), &accepted);
+    }
+    Ok(())
 }
 
 pub(super) fn empty_box(path: &str, min: glam::Vec3, max: glam::Vec3) -> Result<(), FieldError> {

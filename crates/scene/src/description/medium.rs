@@ -2,8 +2,12 @@ use glam::{EulerRot, Mat4, Quat, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::quantity::{Finite, MeanCosine, Positive, Rgb, Scale, Vector};
+use super::quantity::{
+    ByteCount, Finite, Fraction, Lacunarity, MeanCosine, NonNegative, Octaves, Positive, Rgb, Scale, Seed, Vector,
+    VoxelCounts,
+};
 use super::{Clip, ColorGrids, TemperatureGrid, Transfer};
+use crate::volume::Stored;
 
 /// A participating medium: a density in space, and what a unit of it does to light.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -55,15 +59,77 @@ pub enum Density {
         #[serde(with = "Positive")]
         scale_height: f32,
     },
-    /// Voxels from a file (OpenVDB `.vdb`, NIfTI `.nii` or `.nii.gz`, VTK `.vti`), interpolated trilinearly. The file's
-    /// own transform applies, then the medium's; NIfTI space is right-anterior-superior, its millimetres become metres; a
-    /// VTK file's lengths are taken as metres.
+    /// A ball: 1 within, falling to 0 at its surface as 3t² − 2t³, with t = (radius − distance from the centre)/falloff.
+    Sphere {
+        /// The centre [m].
+        #[serde(with = "Vector")]
+        center: Vec3,
+        /// The radius [m].
+        #[serde(with = "Positive")]
+        radius: f32,
+        /// The length over which the density falls, inside the surface [m]; 0 is a hard edge.
+        #[serde(with = "NonNegative", default)]
+        falloff: f32,
+    },
+    /// Fractional Brownian motion: max(0, Σ gain^k · noise(lacunarity^k · p/scale) − threshold), k from 0 to octaves − 1,
+    /// of gradient noise, whose standard deviation is 0.19 and which is at most ±1.5 (`docs/fields.md`).
+    Noise {
+        /// The box's lowest corner [m].
+        #[serde(with = "Vector")]
+        min: Vec3,
+        /// The box's highest corner [m].
+        #[serde(with = "Vector")]
+        max: Vec3,
+        /// The size of the largest features [m].
+        #[serde(with = "Positive")]
+        scale: f32,
+        /// How many sizes of features there are.
+        #[serde(with = "Octaves", default = "octaves")]
+        octaves: u32,
+        /// How strong each is, relative to the next larger.
+        #[serde(with = "Fraction", default = "half")]
+        gain: f32,
+        /// How many times smaller each is than the next larger.
+        #[serde(with = "Lacunarity", default = "two")]
+        lacunarity: f32,
+        /// The sum that counts as no density; 0 leaves half of the box empty, less fills more of it.
+        #[serde(with = "Finite", default)]
+        threshold: f32,
+        /// Which noise it is.
+        #[serde(with = "Seed", default)]
+        seed: u32,
+    },
+    /// A formula of the position, clamped to [0, highest]; what is no finite number counts as 0.
+    Expression {
+        /// The box's lowest corner [m].
+        #[serde(with = "Vector")]
+        min: Vec3,
+        /// The box's highest corner [m].
+        #[serde(with = "Vector")]
+        max: Vec3,
+        /// One WGSL expression of type f32 of `p`, the position in the medium's own space [m], a vec3f: with numbers, bools,
+        /// vectors of them, WGSL's functions of these, and `noise(p)` and `fbm(p, octaves)`, whose largest features are 1
+        /// m.
+        wgsl: String,
+        /// The highest density; higher values count as this.
+        #[serde(with = "Positive", default = "one")]
+        highest: f32,
+    },
+    /// Voxels from a file, interpolated trilinearly: OpenVDB `.vdb`, NanoVDB `.nvdb`, NIfTI `.nii` or `.nii.gz`, NRRD
+    /// `.nrrd` or `.nhdr`, MetaImage `.mha` or `.mhd`, VTK `.vti`, NumPy `.npy`, or without header `.raw`, `.bin`, `.dat`;
+    /// or from a folder, a series of DICOM slices. The file's own transform applies, then the medium's. Patients' space is
+    /// right-anterior-superior, its millimetres become metres; a VTK file's lengths are taken as metres. A NumPy array is
+    /// indexed [z][y][x]; it fills a box around the origin whose longest edge is 1 m.
     Grid {
-        /// Path relative to the scene file.
+        /// Path relative to the scene file; that of a folder may end in `/`.
         file: String,
-        /// Which grid of a `.vdb` file, or array of a `.vti` file; may be left out where there is only one.
+        /// Which grid of a `.vdb` or `.nvdb` file, array of a `.vti` file, or series of a folder (its SeriesInstanceUID);
+        /// may be left out where there is only one.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         name: Option<String>,
+        /// What a file without header (`.raw`, `.bin`, `.dat`) does not say of itself.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        raw: Option<Raw>,
     },
     /// An unstructured mesh from a VTK file (`.vtu`) of tetrahedra, hexahedra, wedges or pyramids: linear in each
     /// tetrahedron, into which the others are divided. Its lengths are taken as metres. Outside of its cells there is no
@@ -75,6 +141,27 @@ pub enum Density {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         name: Option<String>,
     },
+}
+
+/// Voxels without header, x fastest; the grid is centred at the origin.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Raw {
+    /// Voxels along x, y, z.
+    #[serde(with = "VoxelCounts")]
+    pub dims: [u32; 3],
+    /// How a voxel is stored.
+    #[serde(rename = "type")]
+    pub sample: Stored,
+    /// Distance of voxel centres along x, y, z [m].
+    #[serde(with = "Scale")]
+    pub spacing: Vec3,
+    /// Whether the highest byte of a voxel comes first.
+    #[serde(default)]
+    pub big_endian: bool,
+    /// Bytes before the first voxel.
+    #[serde(with = "ByteCount", default)]
+    pub offset: u64,
 }
 
 /// What a medium does to light.
@@ -144,6 +231,22 @@ impl Optics {
             Optics::Transfer(_) => Phase::Isotropic,
         }
     }
+}
+
+fn one() -> f32 {
+    1.0
+}
+
+fn octaves() -> u32 {
+    5
+}
+
+fn half() -> f32 {
+    0.5
+}
+
+fn two() -> f32 {
+    2.0
 }
 
 /// A phase function, normalised over the sphere [sr⁻¹]; θ is the angle between the directions of travel before and

@@ -24,7 +24,7 @@ pub use clip::{Bounds, Clip, Cut, Plane};
 pub use color_map::ColorMap;
 pub use grids::{ColorGrids, TemperatureGrid};
 pub use light::Light;
-pub use medium::{Coefficients, Density, Medium, Optics, Phase, Transform};
+pub use medium::{Coefficients, Density, Medium, Optics, Phase, Raw, Transform};
 pub use transfer::{GradientStop, Isosurface, Shading, Stop, Transfer, Window};
 
 use crate::parameter::Value;

@@ -8,6 +8,8 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, Deserializer, Visitor};
 use serde::{Deserialize, Serialize, Serializer};
 
+use crate::field::MAX_OCTAVES;
+
 /// Declares a scalar kind: its name, what is accepted in words, the test, and the schema's bounds.
 macro_rules! scalar {
     ($(#[$doc:meta])* $name:ident, $accepted:literal, $test:expr, { $($bound:tt)* }) => {
@@ -66,6 +68,53 @@ scalar!(
     /// A field of view or a cone's half-angle in degrees, strictly between 0 and 180.
     Degrees, "an angle in degrees between 0 and 180 (exclusive)", |x| x > 0.0 && x < 180.0,
     { "exclusiveMinimum": 0, "exclusiveMaximum": 180 }
+);
+
+scalar!(
+    /// How many times finer an octave of noise is than the one before.
+    Lacunarity, "a number from 1 to 8", |x| (1.0..=8.0).contains(&x), { "minimum": 1, "maximum": 8 }
+);
+
+/// Declares a kind of whole numbers: its name, what is accepted in words, and its bounds.
+macro_rules! whole {
+    ($(#[$doc:meta])* $name:ident, $accepted:literal, $min:expr, $max:expr) => {
+        $(#[$doc])*
+        pub struct $name;
+
+        impl $name {
+            /// Reads the number, or says what was found and what is accepted.
+            pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
+                let value = deserializer.deserialize_any(Number($accepted))?;
+                if value.fract() == 0.0 && (f64::from($min)..=f64::from($max)).contains(&value) {
+                    return Ok(value as u32);
+                }
+                Err(de::Error::invalid_value(de::Unexpected::Float(value), &$accepted))
+            }
+
+            /// Writes the number.
+            pub fn serialize<S: Serializer>(value: &u32, serializer: S) -> Result<S::Ok, S::Error> {
+                value.serialize(serializer)
+            }
+        }
+
+        impl JsonSchema for $name {
+            fn schema_name() -> Cow<'static, str> {
+                stringify!($name).into()
+            }
+            fn json_schema(_: &mut SchemaGenerator) -> Schema {
+                json_schema!({ "type": "integer", "description": $accepted, "minimum": $min, "maximum": $max })
+            }
+        }
+    };
+}
+
+whole!(
+    /// Octaves of a fractal.
+    Octaves, "a whole number from 1 to 12", 1u32, MAX_OCTAVES
+);
+whole!(
+    /// What starts random numbers.
+    Seed, "a whole number from 0 to 4294967295", 0u32, u32::MAX
 );
 
 /// A number written as integer or float.
@@ -285,5 +334,87 @@ impl JsonSchema for FilmSize {
             "items": { "type": "integer", "minimum": 1, "maximum": MAX_FILM_SIDE },
             "description": "[width, height] in pixels"
         })
+    }
+}
+
+/// Numbers of voxels along x, y, z.
+pub struct VoxelCounts;
+
+impl VoxelCounts {
+    /// Reads the counts, or says what is accepted.
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[u32; 3], D::Error> {
+        deserializer.deserialize_any(VoxelCounts)
+    }
+
+    /// Writes the counts.
+    pub fn serialize<S: Serializer>(value: &[u32; 3], serializer: S) -> Result<S::Ok, S::Error> {
+        value.serialize(serializer)
+    }
+}
+
+impl<'de> Visitor<'de> for VoxelCounts {
+    type Value = [u32; 3];
+
+    fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "[x, y, z] in voxels, each a whole number from 1 to {}", u32::MAX)
+    }
+    fn visit_seq<A: de::SeqAccess<'de>>(self, mut seq: A) -> Result<[u32; 3], A::Error> {
+        let mut counts = [0; 3];
+        for (i, count) in counts.iter_mut().enumerate() {
+            let side = seq.next_element::<Side>()?.ok_or_else(|| de::Error::invalid_length(i, &self))?.0;
+            if side.fract() != 0.0 || !(1.0..=f64::from(u32::MAX)).contains(&side) {
+                return Err(de::Error::invalid_value(de::Unexpected::Seq, &self));
+            }
+            *count = side as u32;
+        }
+        if seq.next_element::<de::IgnoredAny>()?.is_some() {
+            return Err(de::Error::invalid_length(4, &self));
+        }
+        Ok(counts)
+    }
+}
+
+impl JsonSchema for VoxelCounts {
+    fn schema_name() -> Cow<'static, str> {
+        "VoxelCounts".into()
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "type": "array", "minItems": 3, "maxItems": 3,
+            "items": { "type": "integer", "minimum": 1, "maximum": u32::MAX },
+            "description": "[x, y, z] in voxels"
+        })
+    }
+}
+
+/// A number of bytes.
+pub struct ByteCount;
+
+/// The most that a number in a scene file tells from its neighbours.
+const MAX_BYTES: u64 = 1 << 53;
+
+impl ByteCount {
+    /// Reads the number, or says what is accepted.
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
+        const ACCEPTED: &str = "a whole number of bytes";
+        let value = deserializer.deserialize_any(Number(ACCEPTED))?;
+        if value.fract() == 0.0 && (0.0..=MAX_BYTES as f64).contains(&value) {
+            return Ok(value as u64);
+        }
+        Err(de::Error::invalid_value(de::Unexpected::Float(value), &ACCEPTED))
+    }
+
+    /// Writes the number.
+    pub fn serialize<S: Serializer>(value: &u64, serializer: S) -> Result<S::Ok, S::Error> {
+        value.serialize(serializer)
+    }
+}
+
+impl JsonSchema for ByteCount {
+    fn schema_name() -> Cow<'static, str> {
+        "ByteCount".into()
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": "integer", "minimum": 0, "maximum": MAX_BYTES, "description": "a whole number of bytes" })
     }
 }

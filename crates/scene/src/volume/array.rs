@@ -2,7 +2,11 @@
 
 use std::io::{ErrorKind, Read};
 
-use flate2::bufread::MultiGzDecoder;
+use flate2::bufread::{MultiGzDecoder, ZlibDecoder};
+use glam::{DMat4, DVec3};
+use half::f16;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::VolumeError;
 use super::bricks::Slices;
@@ -52,6 +56,37 @@ impl Array {
         Ok(slices.finish())
     }
 
+    /// Reads all voxels of `text`: numbers in decimal, apart by white space or commas. Where they start, how they are
+    /// stored and in which order of bytes does not matter then.
+    ///
+    /// Errors: as those of [`read`](Self::read); [`VolumeError::Corrupt`] for a word that is no number.
+    pub fn read_text(&self, text: &[u8], budget: Budget) -> Result<Bricked, VolumeError> {
+        let count = self.dims.iter().fold(1u64, |count, &n| count.saturating_mul(n));
+        // A number and what parts it from the next take two bytes at least.
+        if count > (text.len() as u64).div_ceil(2) {
+            return Err(VolumeError::Truncated { what: "the voxels", at: text.len() as u64 });
+        }
+        smallest(|| self.fill_text(text, count, budget), || self.fill_text(text, count, budget))
+    }
+
+    fn fill_text<T: Sample>(&self, text: &[u8], count: u64, budget: Budget) -> Result<Filled<T>, VolumeError> {
+        let mut slices = Slices::new(self.dims, budget)?;
+        let mut words = text.split(|c| c.is_ascii_whitespace() || *c == b',').filter(|word| !word.is_empty());
+        for _ in 0..count {
+            let word = words.next().ok_or(VolumeError::Truncated { what: "the voxels", at: text.len() as u64 })?;
+            let stored: Option<f64> = str::from_utf8(word).ok().and_then(|word| word.parse().ok());
+            let stored = stored.ok_or_else(|| {
+                let word = word[..word.len().min(20)].escape_ascii();
+                VolumeError::corrupt(format!("a voxel is \"{word}\"; it must be a number"))
+            })?;
+            slices.push_value(self.slope * stored + self.intercept)?;
+            if !slices.exact() {
+                break;
+            }
+        }
+        Ok(slices.finish())
+    }
+
     /// Appends the voxels to `slices`, until one is not exact. `stream` is at the first.
     pub fn append<T: Sample>(&self, stream: &mut Stream, slices: &mut Slices<T>) -> Result<(), VolumeError> {
         let mut left = self.dims.iter().product::<u64>();
@@ -74,18 +109,37 @@ impl Array {
     }
 }
 
-/// How a number is stored.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Stored {
+/// The map from indices to a world whose origin is the middle of the grid: where a file does not say where it is.
+pub(super) fn centred(dims: [u64; 3], spacing: DVec3) -> DMat4 {
+    let middle = DVec3::from_array(dims.map(|n| (n as f64 - 1.0) / 2.0));
+    DMat4::from_scale(spacing) * DMat4::from_translation(-middle)
+}
+
+/// How a file stores a number.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Stored {
+    /// Unsigned integer of 8 bits.
     U8,
+    /// Signed integer of 8 bits.
     I8,
+    /// Unsigned integer of 16 bits.
     U16,
+    /// Signed integer of 16 bits.
     I16,
+    /// Unsigned integer of 32 bits.
     U32,
+    /// Signed integer of 32 bits.
     I32,
+    /// Unsigned integer of 64 bits.
     U64,
+    /// Signed integer of 64 bits.
     I64,
+    /// Float of 16 bits.
+    F16,
+    /// Float of 32 bits.
     F32,
+    /// Float of 64 bits.
     F64,
 }
 
@@ -94,7 +148,7 @@ impl Stored {
     pub fn size(self) -> usize {
         match self {
             Self::U8 | Self::I8 => 1,
-            Self::U16 | Self::I16 => 2,
+            Self::U16 | Self::I16 | Self::F16 => 2,
             Self::U32 | Self::I32 | Self::F32 => 4,
             Self::U64 | Self::I64 | Self::F64 => 8,
         }
@@ -117,6 +171,7 @@ impl Stored {
             Self::I32 => f64::from(i32::from_le_bytes(array(ordered))),
             Self::U64 => u64::from_le_bytes(array(ordered)) as f64,
             Self::I64 => i64::from_le_bytes(array(ordered)) as f64,
+            Self::F16 => f64::from(f16::from_le_bytes(array(ordered))),
             Self::F32 => f64::from(f32::from_le_bytes(array(ordered))),
             Self::F64 => f64::from_le_bytes(array(ordered)),
         }
@@ -141,6 +196,7 @@ pub(super) struct Packed<'a> {
 pub(super) enum Coding {
     Plain,
     Gzip,
+    Zlib,
 }
 
 impl<'a> Packed<'a> {
@@ -161,6 +217,7 @@ impl<'a> Packed<'a> {
         let bytes: Box<dyn Read + 'a> = match self.coding {
             Coding::Plain => Box::new(self.bytes),
             Coding::Gzip => Box::new(MultiGzDecoder::new(self.bytes)),
+            Coding::Zlib => Box::new(ZlibDecoder::new(self.bytes)),
         };
         Stream { bytes, coding: self.coding, at: 0 }
     }

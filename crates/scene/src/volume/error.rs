@@ -1,5 +1,7 @@
 //! What can be wrong with a volume file.
 
+use super::Stored;
+
 /// Why a volume could not be loaded. Each message says what was found and what is accepted.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum VolumeError {
@@ -21,12 +23,53 @@ pub enum VolumeError {
         /// What stands where XML should be.
         found: String,
     },
+    /// The bytes do not begin as a file of the format that its name promises.
+    #[error("not {format} file: it begins with \"{found}\"; accepted: {accepted}")]
+    NotFormat {
+        /// The format, with its article.
+        format: &'static str,
+        /// The first bytes, with escapes.
+        found: String,
+        /// How such a file begins.
+        accepted: &'static str,
+    },
+    /// A file that belongs to the volume cannot be read.
+    #[error("cannot read {file:?}: {reason}")]
+    Unreadable {
+        /// The file.
+        file: String,
+        /// Why.
+        reason: String,
+    },
+    /// A file that belongs to the volume is not what it should be.
+    #[error("{file:?}: {source}")]
+    Within {
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        source: Box<VolumeError>,
+    },
+    /// A file without header has another length than the scene says.
+    #[error("found {found} bytes; accepted: {needed}, for {} x {} x {} voxels of {} after {offset} bytes",
+        dims[0], dims[1], dims[2], format!("{stored:?}").to_lowercase())]
+    WrongLength {
+        /// Bytes there are.
+        found: u64,
+        /// Bytes there should be (saturated).
+        needed: u64,
+        /// Voxels along x, y, z.
+        dims: [u64; 3],
+        /// How they are stored.
+        stored: Stored,
+        /// Bytes before them.
+        offset: u64,
+    },
     /// The file ends too early.
     #[error("the file ends at byte {at}, within {what}")]
     Truncated {
         /// What was being read.
         what: &'static str,
-        /// Where the bytes end (byte offset; for a compressed NIfTI file, in the decompressed stream).
+        /// Where the bytes end (byte offset; for compressed voxels, in the decompressed stream).
         at: u64,
     },
     /// The file contradicts itself or its format.
@@ -43,7 +86,7 @@ pub enum VolumeError {
         /// What it may have.
         accepted: &'static str,
     },
-    /// A VDB file has no grid of that name.
+    /// A VDB or NanoVDB file has no grid of that name.
     #[error("found no grid named {name:?}; accepted: {}", names(available))]
     NoSuchGrid {
         /// The name that was asked for.
@@ -51,7 +94,7 @@ pub enum VolumeError {
         /// The names of the file's grids, in its order.
         available: Vec<String>,
     },
-    /// A VDB file has no grid, or several of which none was named.
+    /// A VDB or NanoVDB file has no grid, or several of which none was named.
     #[error("found {}; accepted: the name of one grid", names(available))]
     NoGridNamed {
         /// The names of the file's grids, in its order.
@@ -91,6 +134,24 @@ pub enum VolumeError {
         bytes: u64,
         /// Bytes allowed.
         budget: u64,
+    },
+    /// A folder has several series of DICOM slices, of which none was named, or not the one that was.
+    #[error("found the series {}; accepted: `name`, the SeriesInstanceUID of one",
+        available.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", "))]
+    WhichSeries {
+        /// The SeriesInstanceUIDs, in order.
+        available: Vec<String>,
+    },
+    /// Slices are missing or not evenly spaced.
+    #[error("the slices {:?} and {:?} are {gap:.3} mm apart along their normal, others {usual:.3} mm; accepted: slices \
+             in a row, evenly spaced within 1 %", files[0], files[1])]
+    UnevenSlices {
+        /// The files of two neighbours.
+        files: [String; 2],
+        /// Their distance \[mm\].
+        gap: f64,
+        /// The distance of most \[mm\].
+        usual: f64,
     },
     /// The dense grid would not fit into the budget. Nothing was allocated.
     #[error("a grid of {} x {} x {} voxels needs {bytes} bytes; the budget is {budget}", dims[0], dims[1], dims[2])]
@@ -140,6 +201,11 @@ fn list(what: &str, available: &[String]) -> String {
 }
 
 impl VolumeError {
+    /// `bytes` do not begin as a file of `format` does.
+    pub(super) fn not(format: &'static str, bytes: &[u8], accepted: &'static str) -> Self {
+        Self::NotFormat { format, found: bytes[..bytes.len().min(8)].escape_ascii().to_string(), accepted }
+    }
+
     pub(super) fn corrupt(what: impl Into<String>) -> Self {
         Self::Corrupt { what: what.into() }
     }

@@ -1,7 +1,9 @@
 //! Scene files: what is read, what is refused, and what the messages say.
 
 mod corrupt;
+mod density;
 mod field;
+mod formula;
 mod grids;
 mod json;
 mod schema;
@@ -19,6 +21,7 @@ const SCENES: [(&str, &str); 5] = [
     ("fog.toml", include_str!("../../../../scenes/fog.toml")),
     ("brain.toml", include_str!("../../../../scenes/brain.toml")),
     ("tetrahedra.toml", include_str!("../../../../scenes/tetrahedra.toml")),
+    ("cloud.toml", include_str!("../../../../scenes/cloud.toml")),
 ];
 
 /// Three lines that every scene needs.

@@ -39,6 +39,13 @@ fn with(mut scene: Value, pointer: &str, value: Value) -> Value {
     scene
 }
 
+/// A noise density with one more field.
+fn noise(field: &str, value: Value) -> Value {
+    let mut noise = json!({ "min": [0, 0, 0], "max": [1, 1, 1], "scale": 1 });
+    noise[field] = value;
+    json!({ "noise": noise })
+}
+
 #[test]
 fn what_the_parser_refuses_is_invalid() {
     let validator = validator();
@@ -63,10 +70,24 @@ fn what_the_parser_refuses_is_invalid() {
         (&fog, "/lights/lamp/spot/outer_angle", json!(180)),
         (&fog, "/lights/lamp/spot/colour", json!(1)),
         (&fog, "/media/fog/density/exponential/scale_height", json!(0)),
+        (&fog, "/media/fog/density", json!({ "sphere": { "center": [0, 0, 0], "radius": -1 } })),
+        (&fog, "/media/fog/density", noise("octaves", json!(13))),
+        (&fog, "/media/fog/density", noise("octaves", json!(1.5))),
+        (&fog, "/media/fog/density", noise("seed", json!(-1))),
+        (&fog, "/media/fog/density", noise("lacunarity", json!(0.5))),
+        (&fog, "/media/fog/density", noise("amplitude", json!(1))),
+        (&fog, "/media/fog/density", json!({ "expression": { "min": [0, 0, 0], "max": [1, 1, 1], "wgsl": 1 } })),
         (&fog, "/media/fog/optics/coefficients/sigma_s", json!(-0.1)),
         (&fog, "/media/fog/optics/coefficients/phase", json!("mie")),
         (&fog, "/media/fog/optics/coefficients/phase/hg/g", json!(1)),
         (&fog, "/media/smoke/transform/scale", json!([1, 0, 1])),
+        (&fog, "/media/smoke/density/grid/raw", json!({ "dims": [1, 0, 1], "type": "u8", "spacing": 1 })),
+        (&fog, "/media/smoke/density/grid/raw", json!({ "dims": [1, 1, 1], "type": "u7", "spacing": 1 })),
+        (
+            &fog,
+            "/media/smoke/density/grid/raw",
+            json!({ "dims": [1, 1, 1], "type": "u8", "spacing": 1, "offset": 0.5 }),
+        ),
         (&fog, "/techniques", json!({ "march": { "step": [1] } })),
         (&fog, "/techniques", json!({ "march": 3 })),
         (&fog, "/light", json!({})),

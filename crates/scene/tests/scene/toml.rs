@@ -220,11 +220,11 @@ fn densities() {
             ("", "4:1: media.a: found no `density`; accepted: a table with `density`, which has no default"),
             (
                 "density = 3",
-                "6:11: media.a.density: found 3; accepted: one of `homogeneous`, `exponential`, `grid`, `mesh`",
+                "6:11: media.a.density: found 3; accepted: one of `homogeneous`, `exponential`, `sphere`, `noise`, `expression`, `grid`, `mesh`",
             ),
             (
                 "density.cube = {}",
-                "6:9: media.a.density: found `cube`; accepted: one of `homogeneous`, `exponential`, `grid`, `mesh`",
+                "6:9: media.a.density: found `cube`; accepted: one of `homogeneous`, `exponential`, `sphere`, `noise`, `expression`, `grid`, `mesh`",
             ),
             (
                 "density.homogeneous = { min = [0, 0, 0], max = [1, 1, 0] }",
@@ -262,6 +262,42 @@ fn densities() {
             (
                 "density.grid = { file = \"a.vdb\", name = 3 }",
                 "6:41: media.a.density.grid.name: found 3; accepted: text in quotes",
+            ),
+            (
+                "density.grid = { file = \"a.nii\", name = \"density\" }",
+                "6:41: media.a.density.grid.name: found \"density\"; accepted: no name with a NIfTI file, which holds one volume",
+            ),
+            (
+                "density.grid = { file = \"a.raw\" }",
+                "6:16: media.a.density.grid: found no `raw` with file = \"a.raw\"; accepted: `raw` with a file that has no header: its dims, type and spacing",
+            ),
+            (
+                "density.grid = { file = \"a.npy\", raw = { dims = [1, 1, 1], type = \"u8\", spacing = 1 } }",
+                "6:40: media.a.density.grid.raw: found `raw` with file = \"a.npy\"; accepted: `raw` only with a file that has no header: .raw, .bin or .dat",
+            ),
+            (
+                "density.grid = { file = \"a.raw\", raw = { dims = [1, 1], type = \"u8\", spacing = 1 } }",
+                "6:49: media.a.density.grid.raw.dims: found [1, 1]; accepted: [x, y, z] in voxels, each a whole number from 1 to 4294967295",
+            ),
+            (
+                "density.grid = { file = \"a.raw\", raw = { dims = [1, 0, 1], type = \"u8\", spacing = 1 } }",
+                "6:49: media.a.density.grid.raw.dims: found [1, 0, 1]; accepted: [x, y, z] in voxels, each a whole number from 1 to 4294967295",
+            ),
+            (
+                "density.grid = { file = \"a.raw\", raw = { dims = [1, 1, 1], type = \"u7\", spacing = 1 } }",
+                "6:67: media.a.density.grid.raw.type: found `u7`; accepted: one of `u8`, `i8`, `u16`, `i16`, `u32`, `i32`, `u64`, `i64`, `f16`, `f32`, `f64`",
+            ),
+            (
+                "density.grid = { file = \"a.raw\", raw = { dims = [1, 1, 1], type = \"u8\", spacing = 0 } }",
+                "6:83: media.a.density.grid.raw.spacing: found 0; accepted: a number > 0, or three of them [x, y, z]",
+            ),
+            (
+                "density.grid = { file = \"a.raw\", raw = { dims = [1, 1, 1], type = \"u8\", spacing = 1, offset = -1 } }",
+                "6:95: media.a.density.grid.raw.offset: found -1; accepted: a whole number of bytes",
+            ),
+            (
+                "density.grid = { file = \"a.raw\", raw = { dims = [1, 1, 1], type = \"u8\", spacing = 1, big_endian = 1 } }",
+                "6:99: media.a.density.grid.raw.big_endian: found 1; accepted: a boolean",
             ),
         ],
     );
@@ -392,6 +428,71 @@ fn technique_values() {
             (
                 "[techniques.march]\nstep = inf",
                 "5:8: techniques.march.step: found inf; accepted: true, false, a finite number or a word in quotes",
+            ),
+        ],
+    );
+}
+
+#[test]
+fn densities_that_are_functions() {
+    check(
+        &format!("{CAMERA}[media.a]\noptics.coefficients = {{}}\n"),
+        &[
+            (
+                "density.sphere = { center = [0, 0, 0], radius = 0 }",
+                "6:49: media.a.density.sphere.radius: found 0; accepted: a finite number > 0",
+            ),
+            (
+                "density.sphere = { center = [0, 0, 0], radius = 1, falloff = 1.5 }",
+                "6:62: media.a.density.sphere.falloff: found 1.5 with radius = 1.0; accepted: a length of at most the radius",
+            ),
+            (
+                "density.sphere.radius = 1",
+                "6:9: media.a.density.sphere: found no `center`; accepted: a table with `center`, which has no default",
+            ),
+            (
+                "density.noise = { min = [0, 0, 0], max = [1, 0, 1], scale = 1 }",
+                "6:42: media.a.density.noise.max: found [1.0, 0.0, 1.0] with min = [0.0, 0.0, 0.0]; accepted: a corner above `min` on every axis",
+            ),
+            (
+                "density.noise = { min = [0, 0, 0], max = [1, 1, 1], scale = 1, octaves = 13 }",
+                "6:74: media.a.density.noise.octaves: found 13; accepted: a whole number from 1 to 12",
+            ),
+            (
+                "density.noise = { min = [0, 0, 0], max = [1, 1, 1], scale = 1, octaves = 2.5 }",
+                "6:74: media.a.density.noise.octaves: found 2.5; accepted: a whole number from 1 to 12",
+            ),
+            (
+                "density.noise = { min = [0, 0, 0], max = [1, 1, 1], scale = 1, gain = 1.5 }",
+                "6:71: media.a.density.noise.gain: found 1.5; accepted: a number from 0 to 1",
+            ),
+            (
+                "density.noise = { min = [0, 0, 0], max = [1, 1, 1], scale = 1, lacunarity = 0.5 }",
+                "6:77: media.a.density.noise.lacunarity: found 0.5; accepted: a number from 1 to 8",
+            ),
+            (
+                "density.noise = { min = [0, 0, 0], max = [1, 1, 1], scale = 1, seed = -1 }",
+                "6:71: media.a.density.noise.seed: found -1; accepted: a whole number from 0 to 4294967295",
+            ),
+            (
+                "density.noise = { min = [0, 0, -1000], max = [1, 1, 1], scale = 0.01, octaves = 12 }",
+                "6:65: media.a.density.noise.scale: found 0.01, whose finest octave is 4.8828124e-6 m, in a box up to 1000.0 m; accepted: a scale whose finest octave is at least a 2^20th of that",
+            ),
+            (
+                "density.expression = { min = [0, 0, 0], max = [1, 1, 1] }",
+                "6:22: media.a.density.expression: found no `wgsl`; accepted: a table with `wgsl`, which has no default",
+            ),
+            (
+                "density.expression = { min = [0, 0, 0], max = [0, 1, 1], wgsl = \"1.0\" }",
+                "6:47: media.a.density.expression.max: found [0.0, 1.0, 1.0] with min = [0.0, 0.0, 0.0]; accepted: a corner above `min` on every axis",
+            ),
+            (
+                "density.expression = { min = [0, 0, 0], max = [1, 1, 1], wgsl = \"1.0\", highest = 0 }",
+                "6:82: media.a.density.expression.highest: found 0; accepted: a finite number > 0",
+            ),
+            (
+                "density.expression = { min = [0, 0, 0], max = [1, 1, 1], wgsl = \"\"\"\np.x\n* q.x\"\"\" }",
+                "6:65: media.a.density.expression.wgsl: found an error at line 2, column 3 of the expression: no definition in scope for identifier: `q`; accepted: one WGSL expression of type f32 of p: vec3f [m], of f32, bool and vectors of them, WGSL's functions of these, noise(p) and fbm(p, octaves)",
             ),
         ],
     );

@@ -55,6 +55,50 @@ fn the_hash_tells_worlds_apart() {
     assert_ne!(hash(&plume, &[("smoke.vdb", &longer)]), first);
 }
 
+/// A header and its voxels are both part of the world.
+#[test]
+fn the_hash_has_the_data_file_of_a_header() {
+    let text = format!("{CAMERA}[media.a]\noptics.coefficients = {{}}\ndensity.grid.file = \"a.nhdr\"");
+    let scene = Document::new("s.toml", text).parse().unwrap();
+    let header: &[u8] = b"NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 1 1\nencoding: raw\ndata file: a.raw\n";
+    let hashes =
+        [&[1u8, 2] as &[u8], &[1, 3], &[1, 2, 3]].map(|data| hash(&scene, &[("a.nhdr", header), ("a.raw", data)]));
+    assert!(hashes[0] != hashes[1] && hashes[0] != hashes[2] && hashes[1] != hashes[2]);
+}
+
+/// A folder's slices are read from disk as from memory, and each is part of the world.
+#[test]
+fn a_folder_of_slices() {
+    let slices: [(&str, &[u8]); 3] = [
+        ("ct/a.dcm", include_bytes!("../../src/volume/fixtures/ct/a.dcm")),
+        ("ct/b.dcm", include_bytes!("../../src/volume/fixtures/ct/b.dcm")),
+        ("ct/c.dcm", include_bytes!("../../src/volume/fixtures/ct/c.dcm")),
+    ];
+    let scene = |file: &str, more: &str| {
+        let density = format!("density.grid = {{ file = \"{file}\"{more} }}");
+        let text = format!("{CAMERA}[media.a]\noptics.coefficients = {{}}\n{density}");
+        Document::new("s.toml", text).parse().unwrap()
+    };
+    let first = hash(&scene("ct", ""), &slices);
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir_all(folder.path().join("ct/other")).unwrap();
+    for (name, bytes) in slices {
+        std::fs::write(folder.path().join(name), bytes).unwrap();
+    }
+    let directory = Directory(folder.path().into());
+    assert_eq!(World::load(scene("ct", ""), &directory, ENOUGH).unwrap().hash, first);
+    World::load(scene("ct/", ", name = \"1.2.840.7\""), &directory, ENOUGH).unwrap();
+    // An empty element after the voxels, which changes none.
+    let longer = [slices[1].1, &[0xfc, 0xff, 0xfc, 0xff, b'O', b'B', 0, 0, 0, 0, 0, 0]].concat();
+    let longer = [slices[0], ("ct/b.dcm", longer.as_slice()), slices[2]];
+    assert_ne!(hash(&scene("ct", ""), &longer), first);
+    let error = World::load(scene("ct", ", name = \"1\""), &directory, ENOUGH).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "media.a.density.grid.name: \"ct\": found the series \"1.2.840.7\"; accepted: `name`, the SeriesInstanceUID of one"
+    );
+}
+
 #[test]
 fn an_asset_longer_than_the_budget_is_not_read() {
     let error = World::load(scene(0), &Embedded(vec![("smoke.vdb", SMOKE)]), Budget(1000)).unwrap_err().to_string();
@@ -97,6 +141,7 @@ fn refusal(text: &str) -> String {
         ("text.vdb", b"no volume"),
         ("text.nii", b"no volume"),
         ("raw.dat", b"no volume"),
+        ("text.obj", b"no volume"),
         ("bare", b"no volume"),
     ]);
     match World::load(document.parse().unwrap(), &assets, ENOUGH) {
@@ -124,19 +169,19 @@ fn what_cannot_be_loaded() {
              accepted: the name of one grid",
         ),
         (
-            "density.grid = { file = \"text.nii\", name = \"density\" }",
-            "s.toml:6:44: media.a.density.grid.name: found \"density\"; accepted: no name with a NIfTI file, which holds \
-             one volume",
+            "density.grid = { file = \"raw.dat\", raw = { dims = [2, 1, 1], type = \"f32\", spacing = 1 } }",
+            "s.toml:6:42: media.a.density.grid.raw: \"raw.dat\": found 9 bytes; accepted: 8, for 2 x 1 x 1 voxels of f32 \
+             after 0 bytes",
         ),
         (
-            "density.grid.file = \"raw.dat\"",
-            "s.toml:6:21: media.a.density.grid.file: \"raw.dat\": unsupported: extension .dat; accepted: .vdb, .nii, \
-             .nii.gz or .vti",
+            "density.grid.file = \"text.obj\"",
+            "s.toml:6:21: media.a.density.grid.file: \"text.obj\": unsupported: extension .obj; accepted: .vdb, .nvdb, .nii, \
+             .nii.gz, .nrrd, .nhdr, .npy, .mhd, .mha, .vti, .raw, .bin, .dat or a folder of DICOM files",
         ),
         (
             "density.grid.file = \"bare\"",
-            "s.toml:6:21: media.a.density.grid.file: \"bare\": unsupported: no file extension; accepted: .vdb, .nii, \
-             .nii.gz or .vti",
+            "s.toml:6:21: media.a.density.grid.file: \"bare\": unsupported: no file extension; accepted: .vdb, .nvdb, .nii, \
+             .nii.gz, .nrrd, .nhdr, .npy, .mhd, .mha, .vti, .raw, .bin, .dat or a folder of DICOM files",
         ),
         (
             "density.grid.file = \"text.vdb\"",
@@ -172,6 +217,9 @@ fn files_are_read_beside_the_scene() {
     assert!(matches!(World::load(missing, &assets, ENOUGH), Err(LoadError::Asset { .. })));
     let mut folder = scene(0);
     folder.set("media.plume.density.grid.file", ".").unwrap();
+    let message = World::load(folder.clone(), &assets, ENOUGH).unwrap_err().to_string();
+    assert!(message.ends_with("a folder of 1 files, none of which is a DICOM image; accepted: the slices of a series"));
+    folder.set("media.plume.density.grid.file", "no/such/").unwrap();
     assert!(matches!(World::load(folder, &assets, ENOUGH), Err(LoadError::Asset { .. })));
 }
 
@@ -249,7 +297,7 @@ fn small_and_large_media_have_maps() {
 
 #[test]
 fn every_shipped_scene_but_the_brain_loads() {
-    for (index, (name, _)) in SCENES.iter().enumerate().take(3) {
+    for (index, (name, _)) in SCENES.iter().enumerate().filter(|(index, _)| *index != 3) {
         let world = load(scene(index)).unwrap_or_else(|error| panic!("{name}: {error}"));
         check_finite(&world);
     }

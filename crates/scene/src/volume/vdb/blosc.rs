@@ -24,7 +24,7 @@ const MIN_SPLIT: usize = 128;
 ///
 /// Errors: [`VolumeError::Corrupt`] if the chunk is malformed or does not hold `out.len()` bytes;
 /// [`VolumeError::Unsupported`] for a codec or filter other than `blosclz`, `lz4`, `zlib`, byte shuffle.
-pub(super) fn decompress(chunk: &[u8], out: &mut [u8]) -> Result<(), VolumeError> {
+pub(in crate::volume) fn decompress(chunk: &[u8], out: &mut [u8]) -> Result<(), VolumeError> {
     let header: &[u8; HEADER] = chunk.first_chunk().ok_or_else(|| corrupt("is shorter than its header of 16 bytes"))?;
     let [version, _, flags, width, sizes @ ..] = *header;
     let size = |i: usize| u32::from_le_bytes([sizes[i], sizes[i + 1], sizes[i + 2], sizes[i + 3]]) as usize;
@@ -146,7 +146,7 @@ impl Codec {
 }
 
 /// Whether `stream` holds exactly `out.len()` bytes, which then stand in `out`.
-pub(super) fn zlib(stream: &[u8], out: &mut [u8]) -> bool {
+pub(in crate::volume) fn zlib(stream: &[u8], out: &mut [u8]) -> bool {
     let mut decoder = flate2::bufread::ZlibDecoder::new(stream);
     decoder.read_exact(out).is_ok() && matches!(decoder.read(&mut [0]), Ok(0))
 }

@@ -2,7 +2,7 @@
 //!
 //! Source of the format: OpenVDB, io/Archive.cc, io/GridDescriptor.cc, MetaMap.cc (file versions 220 to 225).
 
-mod blosc;
+pub(super) mod blosc;
 mod cursor;
 mod fill;
 #[cfg(test)]
