@@ -10,6 +10,7 @@ mod document;
 pub mod image;
 pub mod metrics;
 pub mod parameter;
+pub mod phase;
 pub mod volume;
 mod world;
 

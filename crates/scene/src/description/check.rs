@@ -53,6 +53,9 @@ impl Scene {
                 }
                 _ => {}
             }
+            if let Optics::Coefficients { phase, .. } = &medium.optics {
+                phase.check(&format!("media.{name}.optics.coefficients.phase"))?;
+            }
             if let Optics::Transfer(transfer) = &medium.optics {
                 let path = format!("media.{name}.optics.transfer.stops");
                 if transfer.stops.is_empty() {
@@ -75,6 +78,6 @@ fn empty_box(path: &str, min: glam::Vec3, max: glam::Vec3) -> Result<(), FieldEr
     invalid(path, found, "a corner above `min` on every axis")
 }
 
-fn invalid(path: &str, found: String, accepted: &str) -> Result<(), FieldError> {
+pub(super) fn invalid(path: &str, found: String, accepted: &str) -> Result<(), FieldError> {
     Err(FieldError { path: path.into(), found, accepted: accepted.into() })
 }

@@ -2,7 +2,8 @@ use glam::{EulerRot, Mat4, Quat, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::quantity::{Finite, Fraction, MeanCosine, Positive, Rgb, Scale, Vector};
+use super::phase::Phase;
+use super::quantity::{Finite, Fraction, Positive, Rgb, Scale, Vector};
 
 /// A participating medium: a density in space, and what a unit of it does to light.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -120,7 +121,7 @@ impl Optics {
     /// The phase function; isotropic for a transfer function, which does not scatter.
     pub fn phase(&self) -> Phase {
         match self {
-            Optics::Coefficients { phase, .. } => *phase,
+            Optics::Coefficients { phase, .. } => phase.clone(),
             Optics::Transfer(_) => Phase::Isotropic,
         }
     }
@@ -179,24 +180,6 @@ pub struct Stop {
 impl Stop {
     /// The highest opacity that still has a finite extinction.
     pub const MAX_OPACITY: f32 = 0.9999;
-}
-
-/// A phase function, normalised over the sphere [sr⁻¹]; θ is the angle between the directions of travel before and
-/// after scattering.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Phase {
-    /// 1/(4π).
-    #[default]
-    Isotropic,
-    /// 3/(16π)·(1 + cos²θ): particles much smaller than the wavelength.
-    Rayleigh,
-    /// Henyey–Greenstein, (1 − g²)/(4π(1 + g² − 2g cosθ)^{3/2}): forward for g > 0.
-    Hg {
-        /// Mean cosine of θ.
-        #[serde(with = "MeanCosine")]
-        g: f32,
-    },
 }
 
 /// Scale, then rotate, then translate.
