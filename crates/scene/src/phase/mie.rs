@@ -51,7 +51,7 @@ pub(super) struct Sphere {
 }
 
 impl Sphere {
-    /// The sphere of refractive index `m` and size parameter `x`, to as many terms as matter [Wiscombe80, (12)].
+    /// The sphere of refractive index `m` and size parameter `x`, to as many terms as matter [Wiscombe80].
     pub fn new(m: Complex64, x: f64) -> Self {
         let terms = if x <= 8.0 { x + 4.0 * x.cbrt() + 1.0 } else { x + 4.05 * x.cbrt() + 2.0 }.ceil() as usize;
         let inside = log_derivatives(m * x, terms);

@@ -194,7 +194,7 @@ fn interpolation_error_of_a_droplet() {
     assert!(off < 2e-4, "{off}");
 }
 
-/// Eight thousand sizes, evenly in ln r, give the same to 8 % at every angle: spheres that do not absorb have resonances far narrower than
+/// Eight thousand sizes, evenly in ln r, give the same to 10 % at every angle: spheres that do not absorb have resonances far narrower than
 /// any step, which side-scattering shows.
 #[test]
 fn sizes_are_enough() {
@@ -217,7 +217,7 @@ fn sizes_are_enough() {
         for (&mu, all) in cosines.iter().zip(all) {
             let step = (mie.radii()[1] / mie.radii()[0]).ln() / 8000.0;
             let (found, all) = (found(mu.acos()).x, all * step);
-            assert!((found / all - 1.0).abs() < 0.08, "{radius} µm, {spread}, at {mu}");
+            assert!((found / all - 1.0).abs() < 0.1, "{radius} µm, {spread}, at {mu}");
         }
     }
 }
