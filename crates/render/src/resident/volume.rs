@@ -2,10 +2,11 @@
 
 use std::borrow::Cow;
 
-use glam::{Mat4, Vec2, Vec3};
+use glam::{Mat4, Vec2, Vec3, Vec4};
 use half::f16;
 use tyndall_scene::Field;
 use tyndall_scene::description::{Optics, Transfer};
+use tyndall_scene::phase::PhaseFunction;
 use tyndall_scene::volume::{Grid, Voxels};
 
 use crate::math::phase;
@@ -31,8 +32,6 @@ pub struct Volume {
     pub phase: u32,
     /// Absorption coefficient [m⁻¹ per unit density]; 1 with a transfer function, whose density is the extinction.
     pub sigma_a: Vec3,
-    /// Mean cosine of the phase function.
-    pub g: f32,
     /// Emitted radiance per length [W·sr⁻¹·m⁻³ per unit density].
     pub emission: Vec3,
     /// 0 homogeneous, 1 exponential, 2 voxels.
@@ -43,6 +42,8 @@ pub struct Volume {
     pub voxel: f32,
     /// A transfer function's first value and its table entries per value; (0, 0) without one.
     pub transfer: Vec2,
+    /// Parameters of the phase function, as [`phase::encode`] gives them.
+    pub phase_parameters: Vec4,
 }
 
 /// The buffer `volumes`.
@@ -63,7 +64,7 @@ impl VolumeArray {
 }
 
 fn encode(volume: &tyndall_scene::Volume) -> Volume {
-    let (phase, g) = phase::encode(volume.optics.phase());
+    let (phase, phase_parameters) = phase::encode(&volume.phase);
     let (field, exponential) = match volume.field {
         Field::Homogeneous => (0, Vec2::ZERO),
         Field::Exponential { base, scale } => (1, Vec2::new(base, scale)),
@@ -72,7 +73,7 @@ fn encode(volume: &tyndall_scene::Volume) -> Volume {
     let common = Volume {
         unit_from_world: volume.unit_from_world,
         phase,
-        g,
+        phase_parameters,
         field,
         exponential,
         voxel: voxel(volume),
@@ -160,6 +161,9 @@ pub(super) fn check(gpu: &Gpu, volumes: &[tyndall_scene::Volume]) -> Result<(), 
     }
     let limit = gpu.device.limits().max_texture_dimension_3d;
     for volume in volumes {
+        if let PhaseFunction::Table(_) = volume.phase {
+            return Err(RenderError::PhaseTable { medium: volume.name.clone() });
+        }
         let Field::Grid(grid) = &volume.field else { continue };
         let [x, y, z] = grid.dims;
         let longest = x.max(y).max(z);
