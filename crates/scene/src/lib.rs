@@ -11,6 +11,7 @@ pub mod field;
 pub mod image;
 pub mod metrics;
 pub mod parameter;
+pub mod phase;
 pub mod volume;
 mod world;
 

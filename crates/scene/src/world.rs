@@ -9,6 +9,7 @@ use glam::{Mat4, Vec3};
 use crate::assets::{Assets, Hashed};
 use crate::description::{Density, Optics, Scene};
 use crate::field::{Expression, Formula, Fractal, Noise, Sphere};
+use crate::phase::PhaseFunction;
 use crate::volume::{Budget, FileError, Grid, Mesh, VolumeError, read_grid, read_mesh};
 use crate::{FieldError, document};
 
@@ -37,6 +38,8 @@ pub struct Volume {
     pub world_from_unit: Mat4,
     /// What the medium does to light.
     pub optics: Optics,
+    /// Where it scatters light to: the phase function of `optics`.
+    pub phase: PhaseFunction,
 }
 
 /// A scalar field over the unit cube [0,1]³, 0 outside it.
@@ -168,7 +171,8 @@ impl World {
                 return Err(LoadError::Singular { path: format!("media.{name}.transform") });
             }
             let optics = medium.optics.clone();
-            volumes.push(Volume { name: name.clone(), field, unit_from_world, world_from_unit, optics });
+            let phase = PhaseFunction::new(&optics.phase(), &format!("media.{name}.optics.coefficients.phase"))?;
+            volumes.push(Volume { name: name.clone(), field, unit_from_world, world_from_unit, optics, phase });
         }
         let hash = loader.hasher.finalize().to_hex().to_string();
         Ok(Self { scene, volumes, hash })

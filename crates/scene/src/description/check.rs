@@ -80,6 +80,9 @@ impl Scene {
                 Density::Grid { file, name: grid, raw } => check_grid(name, file, grid.as_deref(), raw.as_ref())?,
                 Density::Homogeneous { .. } | Density::Sphere { .. } | Density::Mesh { .. } => {}
             }
+            if let Optics::Coefficients { phase, .. } = &medium.optics {
+                phase.check(&format!("media.{name}.optics.coefficients.phase"))?;
+            }
             if let Optics::Transfer(transfer) = &medium.optics {
                 let path = format!("media.{name}.optics.transfer.stops");
                 if transfer.stops.is_empty() {
@@ -123,6 +126,6 @@ fn empty_box(path: &str, min: glam::Vec3, max: glam::Vec3) -> Result<(), FieldEr
     invalid(path, found, "a corner above `min` on every axis")
 }
 
-fn invalid(path: &str, found: String, accepted: &str) -> Result<(), FieldError> {
+pub(super) fn invalid(path: &str, found: String, accepted: &str) -> Result<(), FieldError> {
     Err(FieldError { path: path.into(), found, accepted: accepted.into() })
 }

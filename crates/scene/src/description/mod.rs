@@ -8,6 +8,7 @@ mod camera;
 mod check;
 mod light;
 mod medium;
+mod phase;
 pub mod quantity;
 
 use std::collections::BTreeMap;
@@ -17,7 +18,8 @@ use serde::{Deserialize, Serialize};
 
 pub use camera::{Camera, Film};
 pub use light::Light;
-pub use medium::{Coefficients, Density, Medium, Optics, Phase, Raw, Stop, Transfer, Transform};
+pub use medium::{Coefficients, Density, Medium, Optics, Raw, Stop, Transfer, Transform};
+pub use phase::{Angle, Mie, Phase, Relative};
 
 use crate::parameter::Value;
 
