@@ -1,11 +1,12 @@
 //! A participating medium in the form tracking asks for.
 
 use glam::{DAffine3, DMat4, DVec3};
-use tyndall_scene::description::{Optics, Phase, Plane};
+use tyndall_scene::description::{Optics, Plane};
 use tyndall_scene::{Color, Field, Temperature, Volume};
 
 use crate::ReferenceError;
 use crate::majorant::Bounds;
+use crate::phase::Phase;
 
 /// A medium: [`Volume`] with what a ray needs precomputed.
 pub(crate) struct Medium {
@@ -76,7 +77,7 @@ impl Medium {
         let diagonal = world_from_unit.transform_vector3(DVec3::ONE).length();
         Ok(Self {
             unit_from_world: DAffine3::from_mat4(world_from_unit.inverse()),
-            phase: volume.optics.phase(),
+            phase: Phase::new(&volume.phase),
             bounds,
             extinction,
             steepest,

@@ -7,8 +7,9 @@ use crate::light::{Arrival, Lamp, Lights};
 use crate::march::March;
 use crate::medium::Medium;
 use crate::near::Ball;
+use crate::phase::Phase;
 use crate::tracking::{End, Flight, Media, Scatterer};
-use crate::{Random, ReferenceError, phase};
+use crate::{Random, ReferenceError};
 
 /// A world made ready for tracing.
 pub struct Tracer {
@@ -65,9 +66,9 @@ impl Tracer {
                 let light = self.scattered(&arrival, origin, direction, &flight.scatterers, &mut shadow, rng);
                 flight.radiance += flight.weight * light * (1.0 - ball.share(arrival.distance));
             }
-            let next = choose(&flight, rng);
-            let sampled = phase::sample(next, direction, rng);
-            flight.weight *= mixture(&flight, direction.dot(sampled));
+            let (next, channel) = self.choose(&flight, rng);
+            let sampled = self.media.media[next].phase.sample(channel, direction, rng);
+            flight.weight *= self.mixture(&flight, direction.dot(sampled));
             direction = sampled;
             if !flight.survives(rng) {
                 break;
@@ -104,7 +105,7 @@ impl Tracer {
         rng: &mut Random,
     ) -> DVec3 {
         let cos_theta = -direction.dot(arrival.travel);
-        let scattering: DVec3 = scatterers.iter().map(|s| s.sigma_s * phase::pdf(s.phase, cos_theta)).sum();
+        let scattering: DVec3 = scatterers.iter().map(|s| s.sigma_s * self.phase(s).pdf(cos_theta)).sum();
         let share = self.media.transmittance(point, -arrival.travel, arrival.distance, march, rng);
         scattering * share * arrival.irradiance
     }
@@ -129,36 +130,52 @@ impl Tracer {
         let light = self.scattered(&arrival, point, direction, &scatterers, march, rng);
         way * light * (ball.share(arrival.distance) / density)
     }
-}
 
-/// The phase function of the medium that scatters, chosen with a probability in proportion to its part in the weight.
-fn choose(flight: &Flight, rng: &mut Random) -> tyndall_scene::description::Phase {
-    let parts = &flight.scatterers;
-    let mut rest = match parts.len() {
-        1 => return parts[0].phase,
-        _ => rng.uniform() * parts.iter().map(|part| flight.weight.dot(part.sigma_s)).sum::<f64>(),
-    };
-    for part in parts {
-        rest -= flight.weight.dot(part.sigma_s);
-        if rest < 0.0 {
-            return part.phase;
+    fn phase(&self, scatterer: &Scatterer) -> &Phase {
+        &self.media.media[scatterer.medium].phase
+    }
+
+    /// Σ σ_s·p over the media, divided by the density with which [`Tracer::choose`] and sampling give that angle [m⁻¹].
+    fn mixture(&self, flight: &Flight, cos_theta: f64) -> DVec3 {
+        if let Some(only) = self.alone(flight) {
+            return only.sigma_s;
+        }
+        let (mut scattering, mut density, mut total) = (DVec3::ZERO, 0.0, 0.0);
+        for part in &flight.scatterers {
+            let pdf = self.phase(part).pdf(cos_theta);
+            scattering += part.sigma_s * pdf;
+            density += flight.weight.dot(part.sigma_s * pdf);
+            total += flight.weight.dot(part.sigma_s);
+        }
+        scattering * (total / density)
+    }
+
+    /// The medium that scatters, where it is the only one and scatters all channels alike: the usual case.
+    fn alone<'f>(&self, flight: &'f Flight) -> Option<&'f Scatterer> {
+        match &flight.scatterers[..] {
+            [only] if self.phase(only).is_grey() => Some(only),
+            _ => None,
         }
     }
-    parts[parts.len() - 1].phase
-}
 
-/// Σ σ_s·p over the media, divided by the density with which [`choose`] and sampling give that angle [m⁻¹].
-fn mixture(flight: &Flight, cos_theta: f64) -> DVec3 {
-    if let [only] = &flight.scatterers[..] {
-        return only.sigma_s;
+    /// The medium and the channel that scatter, chosen with a probability in proportion to their part in the weight: what
+    /// a path then weighs, summed over channels, does not depend on the angle.
+    fn choose(&self, flight: &Flight, rng: &mut Random) -> (usize, usize) {
+        if let Some(only) = self.alone(flight) {
+            return (only.medium, 0);
+        }
+        let mut chosen = (0, 0);
+        let parts = flight.scatterers.iter().map(|part| (part.medium, flight.weight * part.sigma_s));
+        let mut rest = rng.uniform() * parts.clone().map(|(_, part)| part.element_sum()).sum::<f64>();
+        for (medium, part) in parts {
+            for channel in (0..3).filter(|&channel| part[channel] > 0.0) {
+                chosen = (medium, channel);
+                rest -= part[channel];
+                if rest < 0.0 {
+                    return chosen;
+                }
+            }
+        }
+        chosen
     }
-    let (mut scattering, mut density, mut total) = (DVec3::ZERO, 0.0, 0.0);
-    for part in &flight.scatterers {
-        let pdf = phase::pdf(part.phase, cos_theta);
-        let share = flight.weight.dot(part.sigma_s);
-        scattering += part.sigma_s * pdf;
-        density += share * pdf;
-        total += share;
-    }
-    scattering * (total / density)
 }

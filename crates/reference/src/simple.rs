@@ -5,15 +5,18 @@
 //! numbers, each of which has tests of its own.
 
 use glam::{DVec3, Vec3};
-use tyndall_scene::description::{Coefficients, Optics, Phase};
+use tyndall_scene::description::{Coefficients, Optics};
 use tyndall_scene::{Field, Volume, World};
 
+use crate::Random;
 use crate::light::Lights;
-use crate::{Random, phase};
+use crate::phase::Phase;
 
 /// A world, a majorant of its extinction, and a ball around its media.
 pub struct Simple<'a> {
     world: &'a World,
+    /// One for each volume.
+    phases: Vec<Phase>,
     lights: Lights,
     majorant: f64,
     center: DVec3,
@@ -31,7 +34,8 @@ impl<'a> Simple<'a> {
         let radius = corners.map(|corner| corner.distance(center)).fold(0.0, f64::max) * 1.001;
         // The second term is for media that glow but do not absorb: they too must collide.
         let majorant = world.volumes.iter().map(highest).sum::<f64>() + 1.0 / radius;
-        Self { world, lights: Lights::new(&world.scene), majorant, center, radius }
+        let phases = world.volumes.iter().map(|volume| Phase::new(&volume.phase)).collect();
+        Self { world, phases, lights: Lights::new(&world.scene), majorant, center, radius }
     }
 
     /// An estimate of the radiance [W·sr⁻¹·m⁻²] that arrives at `origin` (metres) from the unit `direction`, of light scattered
@@ -61,7 +65,7 @@ impl<'a> Simple<'a> {
                 for arrival in self.lights.lamps.iter().filter_map(|lamp| lamp.arrival(point)) {
                     let cos_theta = -direction.dot(arrival.travel);
                     let pdf =
-                        |(c, p): &(Coefficients, Phase)| f64::from(c.sigma_s[channel]) * phase::pdf(*p, cos_theta);
+                        |(c, p): &(Coefficients, &Phase)| f64::from(c.sigma_s[channel]) * p.pdf(cos_theta)[channel];
                     let scattered = here.iter().map(pdf).sum::<f64>() / sigma_s;
                     let share = self.transmittance(point, -arrival.travel, arrival.distance, channel, rng);
                     radiance += scattered * share * arrival.irradiance[channel];
@@ -71,7 +75,9 @@ impl<'a> Simple<'a> {
                     choice -= f64::from(c.sigma_s[channel]);
                     choice < 0.0
                 });
-                direction = phase::sample(chosen.map_or(Phase::Isotropic, |(_, phase)| *phase), direction, rng);
+                // Rounding may leave none; then the last one scatters, if there is any.
+                let Some((_, phase)) = chosen.or(here.last()) else { break };
+                direction = phase.sample(channel, direction, rng);
             }
         }
         // One channel of three was followed.
@@ -100,11 +106,11 @@ impl<'a> Simple<'a> {
     }
 
     /// What each medium does at a point.
-    fn coefficients(&self, point: DVec3) -> Vec<(Coefficients, Phase)> {
-        let at = |volume: &Volume| {
-            volume.coefficients(point.as_vec3()).map(|coefficients| (coefficients, volume.optics.phase()))
+    fn coefficients(&self, point: DVec3) -> Vec<(Coefficients, &Phase)> {
+        let at = |(volume, phase): (&Volume, _)| {
+            volume.coefficients(point.as_vec3()).map(|coefficients| (coefficients, phase))
         };
-        self.world.volumes.iter().filter_map(at).collect()
+        self.world.volumes.iter().zip(&self.phases).filter_map(at).collect()
     }
 }
 

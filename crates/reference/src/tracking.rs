@@ -5,7 +5,6 @@
 //! their majorants in the present cell.
 
 use glam::DVec3;
-use tyndall_scene::description::Phase;
 
 use crate::Random;
 use crate::march::March;
@@ -35,7 +34,8 @@ pub(crate) struct Flight {
 /// A medium that may have been the one that scattered.
 pub(crate) struct Scatterer {
     pub sigma_s: DVec3,
-    pub phase: Phase,
+    /// Which of the media it is.
+    pub medium: usize,
 }
 
 /// How a flight ends.
@@ -159,7 +159,7 @@ impl Media {
             sigma_a += local.sigma_a;
             emission += local.emission;
             if local.sigma_s != DVec3::ZERO {
-                flight.scatterers.push(Scatterer { sigma_s: local.sigma_s, phase: medium.phase });
+                flight.scatterers.push(Scatterer { sigma_s: local.sigma_s, medium: cursor.medium });
             }
         }
         flight.radiance += flight.weight * emission / majorant;
@@ -168,11 +168,11 @@ impl Media {
 
     /// The media that scatter at a point.
     pub fn scatterers(&self, point: DVec3) -> Vec<Scatterer> {
-        let at = |medium: &Medium| {
+        let at = |(index, medium): (usize, &Medium)| {
             let sigma_s = medium.at(medium.place(point)?).sigma_s;
-            (sigma_s != DVec3::ZERO).then_some(Scatterer { sigma_s, phase: medium.phase })
+            (sigma_s != DVec3::ZERO).then_some(Scatterer { sigma_s, medium: index })
         };
-        self.media.iter().filter_map(at).collect()
+        self.media.iter().enumerate().filter_map(at).collect()
     }
 
     /// The transmittance over a distance [m] (infinite: to beyond all media): residual ratio tracking [Novak14]. What the

@@ -12,6 +12,7 @@ pub mod field;
 pub mod image;
 pub mod metrics;
 pub mod parameter;
+pub mod phase;
 mod placed;
 pub mod volume;
 mod world;

@@ -9,6 +9,7 @@ use glam::{Mat4, Vec3};
 use crate::assets::{Assets, Hashed};
 use crate::description::{Clip, Coefficients, Density, Medium, Optics, Plane, Raw, Scene, TemperatureGrid};
 use crate::field::{Expression, Formula, Fractal, Noise, Sphere};
+use crate::phase::PhaseFunction;
 use crate::volume::{Budget, FileError, Grid, Mesh, VolumeError, read_grid, read_mesh};
 use crate::{Color, FieldError, PlacedGrid, Temperature, document};
 
@@ -37,6 +38,8 @@ pub struct Volume {
     pub world_from_unit: Mat4,
     /// What the medium does to light.
     pub optics: Optics,
+    /// Where it scatters light to, ready to be evaluated.
+    pub phase: PhaseFunction,
     /// In the world; the medium is where every one of them keeps it. At most [`Clip::MAX_PLANES`].
     pub clip: Vec<Plane>,
     /// How hot it is; what it emits is on top of that of `optics`.
@@ -195,8 +198,19 @@ impl World {
             let temperature = loader.temperature(name, medium)?;
             let color = loader.color(name, medium)?;
             let clip = medium.clip.as_ref().map(Clip::planes).unwrap_or_default();
+            let phase = PhaseFunction::new(&optics.phase(), &format!("media.{name}.optics.coefficients.phase"))?;
             let name = name.clone();
-            volumes.push(Volume { name, field, unit_from_world, world_from_unit, optics, clip, temperature, color });
+            volumes.push(Volume {
+                name,
+                field,
+                unit_from_world,
+                world_from_unit,
+                optics,
+                phase,
+                clip,
+                temperature,
+                color,
+            });
         }
         let hash = loader.hasher.finalize().to_hex().to_string();
         Ok(Self { scene, volumes, hash })

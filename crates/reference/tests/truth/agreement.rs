@@ -5,8 +5,9 @@ use std::sync::Arc;
 use glam::{DVec3, Mat4, Quat, Vec3};
 use tyndall_reference::simple::Simple;
 use tyndall_reference::{Random, Tracer};
-use tyndall_scene::description::{Light, Optics, Phase};
+use tyndall_scene::description::{Light, Mie, Optics, Phase};
 use tyndall_scene::field::{Expression, Formula, Fractal, Noise, Sphere};
+use tyndall_scene::phase::PhaseFunction;
 use tyndall_scene::{Field, Volume, World};
 
 use crate::tolerance::{Estimate, agree};
@@ -172,16 +173,32 @@ fn simple_tracer_agrees_on_functions() {
     }
 }
 
+/// The one-page tracer agrees where two media overlap of which each has another phase function in every channel; and
+/// notices when that of one is another.
+#[test]
+fn phase_functions_by_channel() {
+    let of = |radius: f32| {
+        let Phase::Mie(mie) = coloured_mie() else { unreachable!() };
+        let spheres = optics(Vec3::new(2.0, 1.0, 3.0), Vec3::splat(0.1), Phase::Mie(Mie { radius, ..mie }));
+        let paper = optics(Vec3::new(1.0, 3.0, 0.5), Vec3::new(0.1, 0.0, 0.2), coloured_table());
+        world(vec![unit(spheres), volume(noise([9; 3]), Vec3::ZERO, Vec3::ONE, paper)], lamps())
+    };
+    let simple = see_simply(&of(0.3), None, 30_000);
+    agree(&pairs(see(&of(0.3), None, 30_000, 100), simple.clone()), 0.02).unwrap();
+    assert!(agree(&pairs(see(&of(0.1), None, 30_000, 100), simple), 0.02).is_err());
+}
+
 /// Ground truth 9: light from a point lamp at A that a sphere of directions sees at B is as much as from B at A.
 #[test]
 fn reciprocity() {
     let ends = [Vec3::new(-0.5, 0.3, 0.2), Vec3::new(0.6, 1.7, 0.9)];
+    let anywhere = tyndall_reference::phase::Phase::new(&PhaseFunction::Isotropic);
     let fluence = |from: Vec3, to: Vec3, seed| {
         let medium = volume(noise([20, 12, 9]), Vec3::ZERO, Vec3::ONE, grey(8.0, 0.4, Phase::Hg { g: 0.5 }));
         let world = world(vec![medium], vec![Light::Point { position: from, intensity: Vec3::ONE }]);
         let tracer = Tracer::new(&world).unwrap();
         Estimate::of(300_000, seed, |rng| {
-            let direction = tyndall_reference::phase::sample(Phase::Isotropic, DVec3::Z, rng);
+            let direction = anywhere.sample(0, DVec3::Z, rng);
             tracer.radiance(to.as_dvec3(), direction, None, rng)
         })
     };

@@ -13,6 +13,9 @@ pub const SIGMAS: f64 = 4.5;
 /// Relative error of scene data in single precision, after some arithmetic.
 pub const ROUNDING: f64 = 3e-6;
 
+/// A table's integral by a rule whose points miss its nodes, and its values' rounding to single precision.
+pub const TABLE: f64 = 1e-6;
+
 /// Probability with which a whole comparison of many pixels may fail by chance.
 pub const FAMILY: f64 = 1e-5;
 
@@ -118,6 +121,12 @@ pub fn integrate(a: f64, b: f64, n: u32, f: impl Fn(f64) -> f64) -> f64 {
     let h = (b - a) / f64::from(2 * n);
     let inner = (1..2 * n).map(|i| f(a + h * f64::from(i)) * if i % 2 == 1 { 4.0 } else { 2.0 });
     (f(a) + f(b) + inner.sum::<f64>()) * h / 3.0
+}
+
+/// ∫ f dcosθ between two cosines: in t, where cosθ = 1 − 2t⁴, which opens up a forward peak.
+pub fn integrate_cosine(a: f64, b: f64, n: u32, f: impl Fn(f64) -> f64) -> f64 {
+    let t = |mu: f64| (0.5 * (1.0 - mu)).max(0.0).powf(0.25);
+    integrate(t(b), t(a), n, |t| 8.0 * t.powi(3) * f(1.0 - 2.0 * t.powi(4)))
 }
 
 #[test]

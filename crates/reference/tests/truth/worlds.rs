@@ -4,13 +4,49 @@ use std::sync::Arc;
 
 use glam::{DVec3, Mat4, Vec3};
 use tyndall_reference::{Random, Tracer};
-use tyndall_scene::description::{Light, Optics, Phase, Scene};
+use tyndall_scene::description::{Angle, Light, Mie, Optics, Phase, Relative, Scene};
+use tyndall_scene::phase::PhaseFunction;
 use tyndall_scene::volume::{Grid, Voxels};
 use tyndall_scene::{Field, Volume, World};
 
 use crate::tolerance::Estimate;
 
-pub const PHASES: [Phase; 4] = [Phase::Isotropic, Phase::Rayleigh, Phase::Hg { g: 0.85 }, Phase::Hg { g: -0.5 }];
+/// One of each kind of phase function that is the same in all channels, and Henyey–Greenstein's backwards.
+pub fn greys() -> Vec<Phase> {
+    vec![
+        Phase::Isotropic,
+        Phase::Rayleigh,
+        Phase::Hg { g: 0.85 },
+        Phase::Hg { g: -0.5 },
+        Phase::CornetteShanks { g: 0.7 },
+        Phase::Draine { g: -0.4, alpha: 3.0 },
+        Phase::Droplets { diameter: 12.0 },
+    ]
+}
+
+/// The same and tables.
+pub fn phases() -> Vec<Phase> {
+    [greys(), vec![coloured_table(), coloured_mie()]].concat()
+}
+
+/// Red goes on, green back, blue everywhere.
+pub fn coloured_table() -> Phase {
+    let values = [[5.0, 0.2, 1.0], [3.0, 0.5, 1.0], [0.5, 0.5, 1.0], [0.1, 2.0, 1.0]];
+    Phase::Tabulated {
+        angles: [0.0, 30.0, 90.0, 180.0].map(Angle).into(),
+        values: values.map(|value| Relative(value.into())).into(),
+    }
+}
+
+/// Spheres of about a wavelength: forward, the more so in blue.
+pub fn coloured_mie() -> Phase {
+    Phase::Mie(Mie {
+        refractive_index: [1.5, 0.01],
+        radius: 0.3,
+        spread: 1.2,
+        wavelengths: Vec3::new(680.0, 550.0, 440.0),
+    })
+}
 
 pub fn optics(sigma_s: Vec3, sigma_a: Vec3, phase: Phase) -> Optics {
     Optics::Coefficients { sigma_s, sigma_a, emission: Vec3::ZERO, phase }
@@ -25,6 +61,7 @@ pub fn volume(field: Field, min: Vec3, max: Vec3, optics: Optics) -> Volume {
 }
 
 pub fn moved(field: Field, world_from_unit: Mat4, optics: Optics) -> Volume {
+    let phase = PhaseFunction::new(&optics.phase(), "phase").unwrap();
     let unit_from_world = world_from_unit.inverse();
     Volume {
         name: "medium".into(),
@@ -32,6 +69,7 @@ pub fn moved(field: Field, world_from_unit: Mat4, optics: Optics) -> Volume {
         unit_from_world,
         world_from_unit,
         optics,
+        phase,
         clip: Vec::new(),
         temperature: None,
         color: None,

@@ -2,6 +2,7 @@
 
 use glam::{Mat4, UVec2, UVec3, Vec2, Vec3, Vec4};
 use tyndall_scene::description::{Optics, Transfer};
+use tyndall_scene::phase::PhaseFunction;
 use tyndall_scene::volume::BRICK_CELLS;
 use tyndall_scene::{Field, FieldError};
 
@@ -110,11 +111,11 @@ fn majorant(optics: &Optics, low: f32, high: f32) -> f32 {
 }
 
 fn encode(volume: &tyndall_scene::Volume) -> Volume {
-    let (phase, g) = phase::encode(volume.optics.phase());
+    let (phase, phase_parameters) = phase::encode(&volume.phase);
     let mut encoded = Volume {
         unit_from_world: volume.unit_from_world,
         phase,
-        phase_parameters: Vec4::new(g, 0.0, 0.0, 0.0),
+        phase_parameters,
         voxel: voxel(volume),
         ..Default::default()
     };
@@ -231,6 +232,9 @@ pub(super) fn check(volumes: &[tyndall_scene::Volume]) -> Result<(), RenderError
         });
     }
     for volume in volumes {
+        if let PhaseFunction::Table(_) = volume.phase {
+            return Err(RenderError::PhaseTable { medium: volume.name.clone() });
+        }
         if matches!(volume.field, Field::Mesh(_) | Field::Sphere(_) | Field::Noise(_) | Field::Expression(_)) {
             return Err(RenderError::Setting(FieldError {
                 path: format!("media.{}.density", volume.name),

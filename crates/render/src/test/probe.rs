@@ -2,9 +2,9 @@
 
 use glam::{DVec3, UVec3, Vec3, Vec4};
 use tyndall_scene::Field;
-use tyndall_scene::description::Phase;
 use tyndall_scene::field::{Fractal, gradient_noise};
 use tyndall_scene::image::tonemap;
+use tyndall_scene::phase::{Blend, PhaseFunction, PhaseTable};
 
 use super::{gpu, tolerance};
 use crate::Gpu;
@@ -74,15 +74,33 @@ fn assert_close(found: f64, expected: f64, tolerance: f64, at: impl std::fmt::De
 fn phase_functions_equal_their_twins() {
     static PHASE: Shader = shader!("test/probes/phase");
     let Some(gpu) = gpu() else { return };
-    let input: Vec<_> =
-        (0..6400).map(|i| Vec4::new((i % 3) as f32, spread(i, 0) * 1.8 - 0.9, spread(i, 1) * 2.0 - 1.0, 0.0)).collect();
-    for (x, found) in input.iter().zip(probe(&gpu, &PHASE, &input)) {
-        let function = [Phase::Isotropic, Phase::Rayleigh, Phase::Hg { g: x.y }][x.x as usize];
-        assert_eq!(phase::encode(function).0, x.x as u32);
-        let expected = phase::phase(function, x.z.into());
+    let input: Vec<_> = (0..6400)
+        .flat_map(|i| {
+            let [g_hg, g_d] = [0, 1].map(|dimension| f64::from(spread(i, dimension)) * 1.8 - 0.9);
+            let (alpha, w_d) = (f64::from(spread(i, 2)) * 30.0, f64::from(spread(i, 3)));
+            let function = match i % 5 {
+                0 => PhaseFunction::Isotropic,
+                1 => PhaseFunction::Rayleigh,
+                2 => PhaseFunction::HenyeyGreenstein { g: g_hg },
+                3 => PhaseFunction::Draine { g: g_d, alpha },
+                _ => PhaseFunction::Blend(Blend { g_hg, g_d, alpha, w_d }),
+            };
+            let (kind, parameters) = phase::encode(&function);
+            assert_eq!(kind as usize, i % 5);
+            let cos_theta = [-1.0, 1.0, spread(i, 4) * 2.0 - 1.0][(i / 5).min(2)];
+            [Vec4::new(kind as f32, cos_theta, 0.0, 0.0), parameters]
+        })
+        .collect();
+    for (pair, found) in input.chunks(2).zip(probe(&gpu, &PHASE, &input).chunks(2)) {
+        let (kind, cos_theta, parameters) = (pair[0].x as u32, f64::from(pair[0].y), pair[1]);
+        let expected = phase::phase(kind, parameters, cos_theta);
         // Near the peak of a strongly forward lobe, rounding of 1 + g² − 2g cosθ is amplified.
-        let amplified = 1.0 / f64::from(1.0 + x.y * x.y - 2.0 * x.y * x.z).min(1.0);
-        assert_close(found.x.into(), expected, tolerance::PROBE * amplified, x);
+        let amplified =
+            [parameters.x, parameters.y].map(|g| 1.0 / f64::from(1.0 + g * g - 2.0 * g * pair[0].y).min(1.0));
+        assert_close(found[0].x.into(), expected, tolerance::PROBE * amplified[0].max(amplified[1]), pair);
+        let coordinate = phase::phase_table_coordinate(cos_theta);
+        assert_close(found[0].y.into(), coordinate, tolerance::PROBE, pair);
+        assert!((coordinate - PhaseTable::coordinate(cos_theta)).abs() < 1e-8, "{cos_theta}");
     }
 }
 

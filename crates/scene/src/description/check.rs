@@ -80,6 +80,9 @@ impl Scene {
                 Density::Grid { file, name: grid, raw } => check_grid(name, file, grid.as_deref(), raw.as_ref())?,
                 Density::Homogeneous { .. } | Density::Sphere { .. } | Density::Mesh { .. } => {}
             }
+            if let Optics::Coefficients { phase, .. } = &medium.optics {
+                phase.check(&format!("media.{name}.optics.coefficients.phase"))?;
+            }
             if let Optics::Transfer(transfer) = &medium.optics {
                 transfer.check(&format!("media.{name}.optics.transfer"))?;
                 for (field, set) in [("temperature", medium.temperature.is_some()), ("color", medium.color.is_some())] {

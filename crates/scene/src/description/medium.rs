@@ -2,9 +2,9 @@ use glam::{EulerRot, Mat4, Quat, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::phase::Phase;
 use super::quantity::{
-    ByteCount, Finite, Fraction, Lacunarity, MeanCosine, NonNegative, Octaves, Positive, Rgb, Scale, Seed, Vector,
-    VoxelCounts,
+    ByteCount, Finite, Fraction, Lacunarity, NonNegative, Octaves, Positive, Rgb, Scale, Seed, Vector, VoxelCounts,
 };
 use super::{Clip, ColorGrids, TemperatureGrid, Transfer};
 use crate::volume::Stored;
@@ -227,7 +227,7 @@ impl Optics {
     /// The phase function; isotropic for a transfer function, which does not scatter.
     pub fn phase(&self) -> Phase {
         match self {
-            Optics::Coefficients { phase, .. } => *phase,
+            Optics::Coefficients { phase, .. } => phase.clone(),
             Optics::Transfer(_) => Phase::Isotropic,
         }
     }
@@ -247,24 +247,6 @@ fn half() -> f32 {
 
 fn two() -> f32 {
     2.0
-}
-
-/// A phase function, normalised over the sphere [sr⁻¹]; θ is the angle between the directions of travel before and
-/// after scattering.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Phase {
-    /// 1/(4π).
-    #[default]
-    Isotropic,
-    /// 3/(16π)·(1 + cos²θ): particles much smaller than the wavelength.
-    Rayleigh,
-    /// Henyey–Greenstein, (1 − g²)/(4π(1 + g² − 2g cosθ)^{3/2}): forward for g > 0.
-    Hg {
-        /// Mean cosine of θ.
-        #[serde(with = "MeanCosine")]
-        g: f32,
-    },
 }
 
 /// Scale, then rotate, then translate.

@@ -11,6 +11,7 @@ mod color_map;
 mod grids;
 mod light;
 mod medium;
+mod phase;
 pub mod quantity;
 mod transfer;
 
@@ -24,7 +25,8 @@ pub use clip::{Bounds, Clip, Cut, Plane};
 pub use color_map::ColorMap;
 pub use grids::{ColorGrids, TemperatureGrid};
 pub use light::Light;
-pub use medium::{Coefficients, Density, Medium, Optics, Phase, Raw, Transform};
+pub use medium::{Coefficients, Density, Medium, Optics, Raw, Transform};
+pub use phase::{Angle, Mie, Phase, Relative};
 pub use transfer::{GradientStop, Isosurface, Shading, Stop, Transfer, Window};
 
 use crate::parameter::Value;

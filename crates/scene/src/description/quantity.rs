@@ -65,6 +65,28 @@ scalar!(
     MeanCosine, "a number between -0.999 and 0.999", |x| x.abs() <= 0.999, { "minimum": -0.999, "maximum": 0.999 }
 );
 scalar!(
+    /// The weight of cos²θ in Draine's phase function.
+    DraineAlpha, "a number from 0 to 1000", |x| (0.0..=1000.0).contains(&x), { "minimum": 0, "maximum": 1000 }
+);
+scalar!(
+    /// The diameter of water droplets [µm], as far as their phase function is fitted.
+    Diameter, "a diameter in micrometres > 0 and at most 50", |x| x > 0.0 && x <= 50.0,
+    { "exclusiveMinimum": 0, "maximum": 50 }
+);
+scalar!(
+    /// The radius of particles [µm].
+    Radius, "a radius from 0.001 to 1000 micrometres", |x| (0.001..=1000.0).contains(&x),
+    { "minimum": 0.001, "maximum": 1000 }
+);
+scalar!(
+    /// The geometric standard deviation of a log-normal distribution.
+    GeometricDeviation, "a number from 1 to 4", |x| (1.0..=4.0).contains(&x), { "minimum": 1, "maximum": 4 }
+);
+scalar!(
+    /// An angle from straight on to straight back.
+    PolarAngle, "an angle from 0 to 180 degrees", |x| (0.0..=180.0).contains(&x), { "minimum": 0, "maximum": 180 }
+);
+scalar!(
     /// A field of view or a cone's half-angle in degrees, strictly between 0 and 180.
     Degrees, "an angle in degrees between 0 and 180 (exclusive)", |x| x > 0.0 && x < 180.0,
     { "exclusiveMinimum": 0, "exclusiveMaximum": 180 }
@@ -194,6 +216,11 @@ triple!(
     Rgb, "a number >= 0, or three of them [r, g, b]", splat: true, |v| v.min_element() >= 0.0, { "minimum": 0 }
 );
 triple!(
+    /// Wavelengths that stand for red, green and blue [nm].
+    Wavelengths, "three wavelengths [r, g, b] from 100 to 20000 nanometres", splat: false,
+    |v| v.min_element() >= 100.0 && v.max_element() <= 20000.0, { "minimum": 100, "maximum": 20000 }
+);
+triple!(
     /// Scale factors along x, y, z; one number scales all three.
     Scale, "a number > 0, or three of them [x, y, z]", splat: true, |v| v.min_element() > 0.0,
     { "exclusiveMinimum": 0 }
@@ -272,6 +299,58 @@ impl<'de> Visitor<'de> for Triple {
             return Err(de::Error::invalid_length(4, &self.accepted));
         }
         Ok(Vec3::from(value))
+    }
+}
+
+/// A refractive index n + ik as `[n, k]`.
+pub struct RefractiveIndex;
+
+impl RefractiveIndex {
+    const MAX: f32 = 20.0;
+
+    /// Reads the index, or says what is accepted.
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f32; 2], D::Error> {
+        deserializer.deserialize_any(RefractiveIndex)
+    }
+
+    /// Writes the index.
+    pub fn serialize<S: Serializer>(value: &[f32; 2], serializer: S) -> Result<S::Ok, S::Error> {
+        value.serialize(serializer)
+    }
+}
+
+impl<'de> Visitor<'de> for RefractiveIndex {
+    type Value = [f32; 2];
+
+    fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "[n, k] with 0 < n <= {0} and 0 <= k <= {0}", Self::MAX)
+    }
+    fn visit_seq<A: de::SeqAccess<'de>>(self, mut seq: A) -> Result<[f32; 2], A::Error> {
+        let mut part = |i| seq.next_element::<Component>()?.ok_or_else(|| de::Error::invalid_length(i, &self));
+        let [n, k] = [part(0)?.0, part(1)?.0];
+        if seq.next_element::<de::IgnoredAny>()?.is_some() {
+            return Err(de::Error::invalid_length(3, &self));
+        }
+        if n > 0.0 && n <= Self::MAX && (0.0..=Self::MAX).contains(&k) {
+            return Ok([n, k]);
+        }
+        Err(de::Error::invalid_value(de::Unexpected::Seq, &self))
+    }
+}
+
+impl JsonSchema for RefractiveIndex {
+    fn schema_name() -> Cow<'static, str> {
+        "RefractiveIndex".into()
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "type": "array", "minItems": 2, "maxItems": 2,
+            "prefixItems": [
+                { "type": "number", "exclusiveMinimum": 0, "maximum": Self::MAX },
+                { "type": "number", "minimum": 0, "maximum": Self::MAX }
+            ],
+            "description": "[n, k]"
+        })
     }
 }
 

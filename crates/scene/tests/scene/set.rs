@@ -37,7 +37,7 @@ fn values_of_every_kind() {
     assert_eq!(fog.lights["sky"], Light::Constant { radiance: Vec3::new(1.0, 2.0, 3.0) });
     assert_eq!(fog.lights["new"], Light::Point { position: Vec3::Y, intensity: Vec3::splat(2.0) });
     let Optics::Coefficients { sigma_s, phase, .. } = &fog.media["fog"].optics else { panic!() };
-    assert_eq!((*sigma_s, *phase), (Vec3::splat(0.5), Phase::Rayleigh));
+    assert_eq!((*sigma_s, phase), (Vec3::splat(0.5), &Phase::Rayleigh));
     let file = Density::Grid { file: "other smoke.vdb".into(), name: Some("7".into()), raw: None };
     assert_eq!(fog.media["smoke"].density, file);
     assert_eq!(fog.techniques["march"]["model"], Value::Choice("emission".into()));

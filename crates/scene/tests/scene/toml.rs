@@ -323,11 +323,11 @@ fn optics() {
             ),
             (
                 "optics.coefficients.phase = 3",
-                "6:29: media.a.optics.coefficients.phase: found 3; accepted: one of `isotropic`, `rayleigh`, `hg`",
+                "6:29: media.a.optics.coefficients.phase: found 3; accepted: one of `isotropic`, `rayleigh`, `hg`, `cornette_shanks`, `draine`, `droplets`, `tabulated`, `mie`",
             ),
             (
-                "optics.coefficients.phase = \"mie\"",
-                "6:29: media.a.optics.coefficients.phase: found `mie`; accepted: one of `isotropic`, `rayleigh`, `hg`",
+                "optics.coefficients.phase = \"fog\"",
+                "6:29: media.a.optics.coefficients.phase: found `fog`; accepted: one of `isotropic`, `rayleigh`, `hg`, `cornette_shanks`, `draine`, `droplets`, `tabulated`, `mie`",
             ),
             (
                 "optics.coefficients.phase = \"hg\"",
@@ -368,6 +368,103 @@ fn optics() {
             (
                 "optics.coefficients = {}\nphase = \"isotropic\"",
                 "7:1: media.a.phase: found unknown field `phase`; accepted: one of `density`, `optics`, `transform`, `clip`, `temperature`, `color`",
+            ),
+        ],
+    );
+}
+
+#[test]
+fn phase_functions() {
+    check(
+        &format!("{CAMERA}{BOX}[media.a.optics.coefficients.phase]\n"),
+        &[
+            (
+                "cornette_shanks = { g = 1 }",
+                "7:25: media.a.optics.coefficients.phase.cornette_shanks.g: found 1; accepted: a number between -0.999 and 0.999",
+            ),
+            (
+                "draine = { g = 0 }",
+                "7:10: media.a.optics.coefficients.phase.draine: found no `alpha`; accepted: a table with `alpha`, which has no default",
+            ),
+            (
+                "draine = { g = 0, alpha = -1 }",
+                "7:27: media.a.optics.coefficients.phase.draine.alpha: found -1; accepted: a number from 0 to 1000",
+            ),
+            (
+                "droplets = { diameter = 0 }",
+                "7:25: media.a.optics.coefficients.phase.droplets.diameter: found 0; accepted: a diameter in micrometres > 0 and at most 50",
+            ),
+            (
+                "droplets = { diameter = 60 }",
+                "7:25: media.a.optics.coefficients.phase.droplets.diameter: found 60; accepted: a diameter in micrometres > 0 and at most 50",
+            ),
+            (
+                "tabulated = { angles = [0], values = [1] }",
+                "7:24: media.a.optics.coefficients.phase.tabulated.angles: found 1 of them; accepted: at least two angles",
+            ),
+            (
+                "tabulated = { angles = [0, 90], values = [1] }",
+                "7:42: media.a.optics.coefficients.phase.tabulated.values: found 1 of them for 2 angles; accepted: a value for each angle",
+            ),
+            (
+                "tabulated = { angles = [0, 90, 90], values = [1, 1, 1] }",
+                "7:32: media.a.optics.coefficients.phase.tabulated.angles.2: found 90 after 90; accepted: angles in ascending order",
+            ),
+            (
+                "tabulated = { angles = [0, 190], values = [1, 1] }",
+                "7:28: media.a.optics.coefficients.phase.tabulated.angles.1: found 190; accepted: an angle from 0 to 180 degrees",
+            ),
+            (
+                "tabulated = { angles = [0, 180], values = [1, [1, 2]] }",
+                "7:47: media.a.optics.coefficients.phase.tabulated.values.1: found [1, 2]; accepted: a number >= 0, or three of them [r, g, b]",
+            ),
+            (
+                "tabulated = { angles = [0, 180], values = [1, -1] }",
+                "7:47: media.a.optics.coefficients.phase.tabulated.values.1: found -1; accepted: a number >= 0, or three of them [r, g, b]",
+            ),
+            (
+                "mie = { radius = 1 }",
+                "7:7: media.a.optics.coefficients.phase.mie: found no `refractive_index`; accepted: a table with `refractive_index`, which has no default",
+            ),
+            (
+                "mie = { refractive_index = [1.33], radius = 1 }",
+                "7:28: media.a.optics.coefficients.phase.mie.refractive_index: found [1.33]; accepted: [n, k] with 0 < n <= 20 and 0 <= k <= 20",
+            ),
+            (
+                "mie = { refractive_index = [1.33, 0, 0], radius = 1 }",
+                "7:28: media.a.optics.coefficients.phase.mie.refractive_index: found [1.33, 0, 0]; accepted: [n, k] with 0 < n <= 20 and 0 <= k <= 20",
+            ),
+            (
+                "mie = { refractive_index = 1.33, radius = 1 }",
+                "7:28: media.a.optics.coefficients.phase.mie.refractive_index: found 1.33; accepted: [n, k] with 0 < n <= 20 and 0 <= k <= 20",
+            ),
+            (
+                "mie = { refractive_index = [1.33, -1], radius = 1 }",
+                "7:28: media.a.optics.coefficients.phase.mie.refractive_index: found [1.33, -1]; accepted: [n, k] with 0 < n <= 20 and 0 <= k <= 20",
+            ),
+            (
+                "mie = { refractive_index = [1, 0], radius = 1 }",
+                "7:28: media.a.optics.coefficients.phase.mie.refractive_index: found [1, 0]; accepted: an index other than that of the medium around, which does not scatter",
+            ),
+            (
+                "mie = { refractive_index = [0, 1], radius = 1 }",
+                "7:28: media.a.optics.coefficients.phase.mie.refractive_index: found [0, 1]; accepted: [n, k] with 0 < n <= 20 and 0 <= k <= 20",
+            ),
+            (
+                "mie = { refractive_index = [1.33, 0], radius = 0 }",
+                "7:48: media.a.optics.coefficients.phase.mie.radius: found 0; accepted: a radius from 0.001 to 1000 micrometres",
+            ),
+            (
+                "mie = { refractive_index = [1.33, 0], radius = 1, spread = 0.5 }",
+                "7:60: media.a.optics.coefficients.phase.mie.spread: found 0.5; accepted: a number from 1 to 4",
+            ),
+            (
+                "mie = { refractive_index = [1.33, 0], radius = 30, spread = 1.5 }",
+                "7:48: media.a.optics.coefficients.phase.mie.radius: found 30 µm with spread = 1.5: spheres up to 172.2814 µm, whose size parameter 2πr/λ is 2460 at 440 nm; accepted: size parameters up to 1000; for larger ones `droplets`",
+            ),
+            (
+                "mie = { refractive_index = [1.33, 0], radius = 1, wavelengths = [0.7, 0.6, 0.5] }",
+                "7:65: media.a.optics.coefficients.phase.mie.wavelengths: found [0.7, 0.6, 0.5]; accepted: three wavelengths [r, g, b] from 100 to 20000 nanometres",
             ),
         ],
     );
