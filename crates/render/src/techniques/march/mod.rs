@@ -152,8 +152,8 @@ pub(crate) struct Scattering {
 pub(crate) struct March {
     stride: Stride,
     scattering: Scattering,
-    towards: Vec3,
     termination: f32,
+    suns: u32,
     rounds: u32,
     samples_per_round: u32,
     rays: u32,
@@ -185,7 +185,9 @@ async fn record(Recording { graph, resident, settings, film, world }: Recording<
     let scattering = model == "single_scattering";
     let traits = &resident.traits;
     let mut lights = resident.lights.clone();
-    let towards = lights.iter().find(|light| light.local == 0).map_or(Vec3::ZERO, |light| light.place);
+    // Those that shade surfaces come first.
+    lights.sort_by_key(|light| light.local);
+    let suns = lights.iter().filter(|light| light.local == 0).count() as u32;
     lights.extend(environment_lights(resident.environment, settings.number("environment_directions") as u32));
     let stride = Stride {
         step: settings.number("step"),
@@ -210,7 +212,7 @@ async fn record(Recording { graph, resident, settings, film, world }: Recording<
         _ => 1,
     };
     let termination = settings.number("termination");
-    let march = March { stride, scattering: scattered, towards, termination, rounds, samples_per_round, rays, scale };
+    let march = March { stride, scattering: scattered, termination, suns, rounds, samples_per_round, rays, scale };
     let jitter = settings.choice("jitter") == "blue_noise";
     let low = if scale > 1 { Some(low_film(gpu, resident.film, scale).await?) } else { None };
     let [width, height] = resident.film.map(|side| u64::from(side.div_ceil(scale)));
@@ -299,13 +301,14 @@ fn rounds(
     let bricks = |step: f32| count(step.max(BRICK_CELLS as f32 / 3.0));
     let volumes = u64::from(resident.traits.count);
     let (lights, octaves) = (u64::from(scattering.lights), u64::from(scattering.octaves) + 1);
-    let per_step = 2 + 3 * volumes;
+    let looks = u64::from(resident.traits.loops);
+    let per_step = 2 + 3 * volumes + looks;
     let per_light = light_steps
         .saturating_add(bricks(scattering.stride.step))
         .saturating_mul(per_step)
         .saturating_add(octaves * (volumes + 1) + volumes);
     // Gradients and the search for surfaces have loops of their own.
-    let details = if resident.traits.shaded || resident.traits.surfaces { 64 * volumes } else { 0 };
+    let details = if resident.traits.shaded || resident.traits.surfaces { (64 + 64 * looks) * volumes } else { 0 };
     let per_sample = lights.saturating_mul(per_light).saturating_add(per_step + volumes + details);
     let passed = bricks(stride.step).saturating_mul(per_step).saturating_add(2 * volumes);
     let limit = u64::from(gpu.iterations()).saturating_sub(passed);
