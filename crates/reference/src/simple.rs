@@ -31,7 +31,7 @@ impl<'a> Simple<'a> {
         let radius = corners.map(|corner| corner.distance(center)).fold(0.0, f64::max) * 1.001;
         // The second term is for media that glow but do not absorb: they too must collide.
         let majorant = world.volumes.iter().map(highest).sum::<f64>() + 1.0 / radius;
-        Self { world, lights: Lights::new(&world.scene), majorant, center, radius }
+        Self { world, lights: Lights::new(world), majorant, center, radius }
     }
 
     /// An estimate of the radiance [W·sr⁻¹·m⁻²] that arrives at `origin` (metres) from the unit `direction`, of light scattered
@@ -41,7 +41,7 @@ impl<'a> Simple<'a> {
         let (mut origin, mut direction, mut scatterings, mut radiance) = (origin, direction, 0, 0.0);
         loop {
             let Some(point) = self.collision(origin, direction, f64::INFINITY, rng) else {
-                radiance += self.lights.environment[channel];
+                radiance += self.lights.behind(direction)[channel];
                 break;
             };
             let here = self.coefficients(point);

@@ -1,5 +1,6 @@
 //! A scene with its assets in memory: what the renderers read.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io;
 use std::sync::Arc;
@@ -7,9 +8,9 @@ use std::sync::Arc;
 use glam::{Mat4, Vec3};
 
 use crate::assets::Assets;
-use crate::description::{Density, Optics, Scene};
+use crate::description::{Density, Light, Optics, Scene};
 use crate::volume::{Budget, Grid, VolumeError, read_nifti, read_vdb, vdb_grid_names};
-use crate::{FieldError, document};
+use crate::{EnvironmentError, EnvironmentMap, FieldError, document};
 
 /// A loaded scene.
 #[derive(Clone, Debug)]
@@ -18,6 +19,8 @@ pub struct World {
     pub scene: Scene,
     /// The media, in the order of their names.
     pub volumes: Vec<Volume>,
+    /// The environment map; what light there is from a constant environment comes on top.
+    pub environment: Option<Arc<EnvironmentMap>>,
     /// BLAKE3 of the description and of every asset's bytes, in hexadecimal: two worlds of one hash are one world. How
     /// techniques are to render it does not count.
     pub hash: String,
@@ -94,6 +97,16 @@ pub enum LoadError {
         /// What is wrong with it.
         source: VolumeError,
     },
+    /// An environment map is not what it should be.
+    #[error("{path}: {file:?}: {source}")]
+    Environment {
+        /// The field that names the asset.
+        path: String,
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        source: EnvironmentError,
+    },
     /// A medium's transforms overflow or cannot be inverted.
     #[error("{path}: {SINGULAR}")]
     Singular {
@@ -118,18 +131,20 @@ impl LoadError {
                 format!("cannot read {file:?}: {source}{hint}")
             }
             LoadError::Volume { file, source, .. } => format!("{file:?}: {source}"),
+            LoadError::Environment { file, source, .. } => format!("{file:?}: {source}"),
             LoadError::Singular { .. } => SINGULAR.into(),
         };
         let (LoadError::Field(FieldError { path, .. })
         | LoadError::Asset { path, .. }
         | LoadError::Volume { path, .. }
+        | LoadError::Environment { path, .. }
         | LoadError::Singular { path }) = self;
         document.at(path, &message)
     }
 }
 
 impl World {
-    /// Loads a scene's assets; voxels may take at most `budget` in all.
+    /// Loads a scene's assets; voxels and pixels may take at most `budget` in all.
     ///
     /// # Errors
     /// A scene that contradicts itself, and assets that are missing, corrupt or too large.
@@ -151,8 +166,9 @@ impl World {
             let optics = medium.optics.clone();
             volumes.push(Volume { name: name.clone(), field, unit_from_world, world_from_unit, optics });
         }
+        let environment = loader.environment(&scene)?;
         let hash = loader.hasher.finalize().to_hex().to_string();
-        Ok(Self { scene, volumes, hash })
+        Ok(Self { scene, volumes, environment, hash })
     }
 }
 
@@ -163,7 +179,7 @@ struct Loader<'a> {
     grids: BTreeMap<(String, Option<String>), Arc<Grid>>,
 }
 
-impl Loader<'_> {
+impl<'a> Loader<'a> {
     /// A density as a field over the unit cube, and the map from that cube to the medium's space.
     fn field(&mut self, medium: &str, density: &Density) -> Result<(Field, Mat4), LoadError> {
         let box_map = |min: &Vec3, max: &Vec3| Mat4::from_translation(*min) * Mat4::from_scale(max - min);
@@ -193,11 +209,7 @@ impl Loader<'_> {
             let accepted = "no name with a NIfTI file, which holds one volume".into();
             return Err(FieldError { path, found: format!("{name:?}"), accepted }.into());
         }
-        let bytes = self.assets.read(file, self.left.0).map_err(|source| LoadError::Asset {
-            path: path.clone(),
-            file: file.into(),
-            source,
-        })?;
+        let bytes = self.read(&path, file)?;
         let grid = read_grid(file, &bytes, name.as_deref(), self.left).map_err(|source| {
             let path = match source {
                 VolumeError::NoSuchGrid { .. } | VolumeError::NoGridNamed { .. } => {
@@ -207,12 +219,37 @@ impl Loader<'_> {
             };
             LoadError::Volume { path, file: file.into(), source }
         })?;
-        // With its length, so that bytes cannot move from one asset to the next unseen.
-        self.hasher.update(&(bytes.len() as u64).to_le_bytes()).update(&bytes);
-        self.left.0 = self.left.0.saturating_sub(grid.voxels.bytes());
+        self.keep(&bytes, grid.voxels.bytes());
         let grid = Arc::new(grid);
         self.grids.insert(key, grid.clone());
         Ok(grid)
+    }
+
+    /// The environment map, if there is one; [`Scene::check`] allows no second.
+    fn environment(&mut self, scene: &Scene) -> Result<Option<Arc<EnvironmentMap>>, LoadError> {
+        for (name, light) in &scene.lights {
+            let Light::Environment { file, rotate, scale } = light else { continue };
+            let path = format!("lights.{name}.environment.file");
+            let bytes = self.read(&path, file)?;
+            let map = EnvironmentMap::decode(&bytes, *rotate, *scale, self.left)
+                .map_err(|source| LoadError::Environment { path, file: file.into(), source })?;
+            self.keep(&bytes, size_of_val(map.pixels.as_slice()) as u64);
+            return Ok(Some(Arc::new(map)));
+        }
+        Ok(None)
+    }
+
+    /// The bytes of an asset that the field at `path` names.
+    fn read(&self, path: &str, file: &str) -> Result<Cow<'a, [u8]>, LoadError> {
+        let (path, file) = (path.to_owned(), file.to_owned());
+        self.assets.read(&file, self.left.0).map_err(|source| LoadError::Asset { path, file, source })
+    }
+
+    /// Counts an asset's bytes into the hash, and what was made of them against the budget.
+    fn keep(&mut self, bytes: &[u8], memory: u64) {
+        // With its length, so that bytes cannot move from one asset to the next unseen.
+        self.hasher.update(&(bytes.len() as u64).to_le_bytes()).update(bytes);
+        self.left.0 = self.left.0.saturating_sub(memory);
     }
 }
 

@@ -9,5 +9,6 @@ mod phases;
 mod pictures;
 mod robust;
 mod single;
+mod sky;
 mod tolerance;
 mod worlds;

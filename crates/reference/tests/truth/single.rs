@@ -8,7 +8,7 @@ use crate::tolerance::integrate;
 use crate::worlds::*;
 
 /// The phase functions once more, from their definitions.
-fn p(phase: Phase, mu: f64) -> f64 {
+pub fn p(phase: Phase, mu: f64) -> f64 {
     let pi = std::f64::consts::PI;
     match phase {
         Phase::Isotropic => 1.0 / (4.0 * pi),
@@ -72,7 +72,7 @@ fn by_quadrature(entry: DVec3, d: DVec3, length: f64, phase: Phase, lamp: DVec3,
     })
 }
 
-fn slab(light: Light, phase: Phase) -> tyndall_scene::World {
+pub fn slab(light: Light, phase: Phase) -> tyndall_scene::World {
     let (min, max) = (Vec3::new(-20.0, 0.0, -20.0), Vec3::new(20.0, 1.0, 20.0));
     world(vec![volume(Field::Homogeneous, min, max, grey(1.2, 0.3, phase))], vec![light])
 }
