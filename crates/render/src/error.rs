@@ -64,6 +64,15 @@ pub enum RenderError {
         /// The medium's name.
         medium: String,
     },
+    /// An environment map, of which no technique knows yet.
+    #[error(
+        "lights.{light}: found an environment map; accepted on a GPU: a constant environment. `tyndall reference` \
+         renders maps"
+    )]
+    EnvironmentMap {
+        /// The light's name.
+        light: String,
+    },
     /// A pass and its shader do not match.
     #[error(transparent)]
     Binding(#[from] BindingError),

@@ -7,6 +7,7 @@
 pub mod assets;
 pub mod description;
 mod document;
+mod environment;
 pub mod field;
 pub mod image;
 pub mod metrics;
@@ -18,5 +19,6 @@ mod world;
 pub use assets::Assets;
 pub use description::Scene;
 pub use document::{Document, FieldError, Format, MAX_TEXT, SceneError};
+pub use environment::{EnvironmentError, EnvironmentMap};
 pub use glam;
 pub use world::{Field, LoadError, Volume, World};

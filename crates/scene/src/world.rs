@@ -7,11 +7,11 @@ use std::sync::Arc;
 use glam::{Mat4, Vec3};
 
 use crate::assets::{Assets, Hashed};
-use crate::description::{Density, Optics, Scene};
+use crate::description::{Density, Light, Optics, Scene};
 use crate::field::{Expression, Formula, Fractal, Noise, Sphere};
 use crate::phase::PhaseFunction;
 use crate::volume::{Budget, FileError, Grid, Mesh, VolumeError, read_grid, read_mesh};
-use crate::{FieldError, document};
+use crate::{EnvironmentError, EnvironmentMap, FieldError, document};
 
 /// A loaded scene.
 #[derive(Clone, Debug)]
@@ -20,6 +20,8 @@ pub struct World {
     pub scene: Scene,
     /// The media, in the order of their names.
     pub volumes: Vec<Volume>,
+    /// The environment map; what light there is from a constant environment comes on top.
+    pub environment: Option<Arc<EnvironmentMap>>,
     /// BLAKE3 of the description and of every asset's bytes, in hexadecimal: two worlds of one hash are one world. How
     /// techniques are to render it does not count.
     pub hash: String,
@@ -116,6 +118,16 @@ pub enum LoadError {
         /// What is wrong with it.
         source: VolumeError,
     },
+    /// An environment map is not what it should be.
+    #[error("{path}: {file:?}: {source}")]
+    Environment {
+        /// The field that names the asset.
+        path: String,
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        source: EnvironmentError,
+    },
     /// A medium's transforms overflow or cannot be inverted.
     #[error("{path}: {SINGULAR}")]
     Singular {
@@ -140,18 +152,20 @@ impl LoadError {
                 format!("cannot read {file:?}: {source}{hint}")
             }
             LoadError::Volume { file, source, .. } => format!("{file:?}: {source}"),
+            LoadError::Environment { file, source, .. } => format!("{file:?}: {source}"),
             LoadError::Singular { .. } => SINGULAR.into(),
         };
         let (LoadError::Field(FieldError { path, .. })
         | LoadError::Asset { path, .. }
         | LoadError::Volume { path, .. }
+        | LoadError::Environment { path, .. }
         | LoadError::Singular { path }) = self;
         document.at(path, &message)
     }
 }
 
 impl World {
-    /// Loads a scene's assets; voxels may take at most `budget` in all.
+    /// Loads a scene's assets; voxels and pixels may take at most `budget` in all.
     ///
     /// # Errors
     /// A scene that contradicts itself, and assets that are missing, corrupt or too large.
@@ -174,8 +188,9 @@ impl World {
             let phase = PhaseFunction::new(&optics.phase(), &format!("media.{name}.optics.coefficients.phase"))?;
             volumes.push(Volume { name: name.clone(), field, unit_from_world, world_from_unit, optics, phase });
         }
+        let environment = loader.environment(&scene)?;
         let hash = loader.hasher.finalize().to_hex().to_string();
-        Ok(Self { scene, volumes, hash })
+        Ok(Self { scene, volumes, environment, hash })
     }
 }
 
@@ -246,6 +261,24 @@ impl Loader<'_> {
                 (Field::Mesh(mesh), map)
             }
         })
+    }
+
+    /// The environment map, if there is one; [`Scene::check`] allows no second.
+    fn environment(&mut self, scene: &Scene) -> Result<Option<Arc<EnvironmentMap>>, LoadError> {
+        for (name, light) in &scene.lights {
+            let Light::Environment { file, rotate, scale } = light else { continue };
+            let (path, file) = (format!("lights.{name}.environment.file"), file.to_owned());
+            let assets = Hashed::new(self.assets, &mut self.hasher);
+            let bytes = match assets.read(&file, self.left.0) {
+                Ok(bytes) => bytes,
+                Err(source) => return Err(LoadError::Asset { path, file, source }),
+            };
+            let map = EnvironmentMap::decode(&bytes, *rotate, *scale, self.left)
+                .map_err(|source| LoadError::Environment { path, file, source })?;
+            self.left.0 = self.left.0.saturating_sub(size_of_val(map.pixels.as_slice()) as u64);
+            return Ok(Some(Arc::new(map)));
+        }
+        Ok(None)
     }
 }
 

@@ -10,5 +10,6 @@ mod phases;
 mod pictures;
 mod robust;
 mod single;
+mod sky;
 mod tolerance;
 mod worlds;

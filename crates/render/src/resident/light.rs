@@ -3,6 +3,8 @@ use std::collections::BTreeMap;
 use glam::Vec3;
 use tyndall_scene::description;
 
+use crate::RenderError;
+
 /// A light as shaders see it (`light.wesl`).
 #[derive(Clone, Copy, Debug, PartialEq, encase::ShaderType)]
 pub struct Light {
@@ -29,10 +31,13 @@ impl Light {
 }
 
 /// The lights that stand somewhere or come from one direction, and the sum of the constant environments.
-pub(super) fn encode(lights: &BTreeMap<String, description::Light>) -> (Vec<Light>, Vec3) {
+///
+/// # Errors
+/// [`RenderError::EnvironmentMap`].
+pub(super) fn encode(lights: &BTreeMap<String, description::Light>) -> Result<(Vec<Light>, Vec3), RenderError> {
     let mut encoded = Vec::new();
     let mut environment = Vec3::ZERO;
-    for light in lights.values() {
+    for (name, light) in lights {
         match *light {
             description::Light::Directional { direction, irradiance } => {
                 encoded.push(Light::directional(direction, irradiance));
@@ -58,7 +63,8 @@ pub(super) fn encode(lights: &BTreeMap<String, description::Light>) -> (Vec<Ligh
                 });
             }
             description::Light::Constant { radiance } => environment += radiance,
+            description::Light::Environment { .. } => return Err(RenderError::EnvironmentMap { light: name.clone() }),
         }
     }
-    (encoded, environment)
+    Ok((encoded, environment))
 }

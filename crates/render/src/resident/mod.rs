@@ -48,7 +48,7 @@ impl Resident {
     /// Uploads a world, after checking that it fits.
     ///
     /// # Errors
-    /// More volumes, larger volumes or a larger film than the device can hold, and memory that runs out.
+    /// More volumes, larger volumes or a larger film than the device can hold, an environment map, and memory that runs out.
     pub async fn new(gpu: &Gpu, world: &World) -> Result<Self, RenderError> {
         let film = world.scene.film.size;
         let limits = gpu.device.limits();
@@ -62,7 +62,7 @@ impl Resident {
             });
         }
         volume::check(&world.volumes)?;
-        let (lights, environment) = light::encode(&world.scene.lights);
+        let (lights, environment) = light::encode(&world.scene.lights)?;
         let view = View::new(&world.scene.camera, film, environment);
         let atlas = Atlas::new(gpu, &world.volumes).await?;
         let (volumes, bricks) = VolumeArray::new(&world.volumes, &atlas);

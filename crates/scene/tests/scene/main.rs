@@ -13,12 +13,13 @@ mod world;
 use tyndall_scene::Document;
 
 /// The shipped scenes, by file name.
-const SCENES: [(&str, &str); 5] = [
+const SCENES: [(&str, &str); 6] = [
     ("plume.toml", include_str!("../../../../scenes/plume.toml")),
     ("fire.toml", include_str!("../../../../scenes/fire.toml")),
     ("fog.toml", include_str!("../../../../scenes/fog.toml")),
     ("brain.toml", include_str!("../../../../scenes/brain.toml")),
     ("cloud.toml", include_str!("../../../../scenes/cloud.toml")),
+    ("sky.toml", include_str!("../../../../scenes/sky.toml")),
 ];
 
 /// Three lines that every scene needs.
