@@ -168,8 +168,8 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
         self
     }
 
-    /// The media: of what `resident/volume.wesl` binds and is specialised for, as much as the shader uses.
-    pub fn volumes(mut self, resident: &Resident) -> Self {
+    /// The world: of what `resident/volume.wesl` and `sky.wesl` bind and are specialised for, as much as the shader uses.
+    pub fn world(mut self, resident: &Resident) -> Self {
         if let Some(source) = resident.expressions.as_ref().and_then(|text| text.splice(&self.shader.source)) {
             self.shader.source = source.into();
         }
@@ -185,6 +185,7 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             ("EXPRESSIONS", f64::from(traits.expressions)),
             ("TINTED", f64::from(traits.tinted)),
             ("PHASE_TABLES", f64::from(traits.phase_tables)),
+            ("SKY", f64::from(resident.map.is_some())),
             ("TRANSFERS", f64::from(traits.transfers)),
             ("PLANES", f64::from(traits.planes)),
             ("SHADED", f64::from(traits.shaded)),
@@ -195,13 +196,14 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
                 self = self.constant(name, value);
             }
         }
-        let resources: [(_, Resource); 7] = [
+        let resources: [(_, Resource); 8] = [
             ("volumes", (&resident.volumes).into()),
             ("extras", (&resident.extras).into()),
             ("bricks", (&resident.bricks).into()),
             ("atlas", (&resident.atlas).into()),
             ("transfers", (&resident.transfers).into()),
             ("phases", (&resident.phases).into()),
+            ("sky", (&resident.sky).into()),
             ("linear", (&resident.linear).into()),
         ];
         for (name, resource) in resources {
@@ -262,7 +264,7 @@ impl Declaration<'_, '_, Compute> {
         rounds: u32,
         work: impl FnOnce(wgpu::ComputePipeline, [u32; 3]) -> Work,
     ) -> Result<(), RenderError> {
-        let Self { name, ref shader, .. } = self;
+        let (name, shader) = (self.name, self.shader.clone());
         let reflection = shader.reflect()?;
         let workgroup = reflection.workgroup.ok_or(BindingError::NoEntryPoint { pass: name, shader: shader.name })?;
         let make = |gpu: &Gpu, constants: &[_]| {

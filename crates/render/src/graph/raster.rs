@@ -25,7 +25,7 @@ impl Declaration<'_, '_, Raster> {
     /// # Errors
     /// Names that do not match the shader's, and whatever the device refuses.
     pub async fn draw(self, draw: Draw<'_>) -> Result<(), RenderError> {
-        let Self { name, ref shader, .. } = self;
+        let (name, shader) = (self.name, self.shader.clone());
         let reflection = shader.reflect()?;
         let rounds = draw.instances.div_ceil(draw.batch).max(1);
         let make = |gpu: &Gpu, constants: &[_]| {

@@ -4,12 +4,15 @@ mod atlas;
 mod bricks;
 pub mod expression;
 mod light;
+mod sky;
 mod tables;
 mod traits;
 mod view;
 mod volume;
 
-use tyndall_scene::World;
+use std::sync::Arc;
+
+use tyndall_scene::{EnvironmentMap, World};
 
 pub use light::Light;
 pub use view::View;
@@ -49,6 +52,10 @@ pub struct Resident {
     pub lights: Vec<Light>,
     /// Radiance of the constant environment [W·sr⁻¹·m⁻²].
     pub environment: glam::Vec3,
+    /// The environment map, if there is one.
+    pub map: Option<Arc<EnvironmentMap>>,
+    /// The same as a texture; of one texel without.
+    pub sky: wgpu::Texture,
     /// The film's size in pixels.
     pub film: [u32; 2],
 }
@@ -57,7 +64,7 @@ impl Resident {
     /// Uploads a world, after checking that it fits.
     ///
     /// # Errors
-    /// More volumes, larger volumes or a larger film than the device can hold, and memory that runs out.
+    /// More volumes, larger volumes or a larger film than the device can hold, an environment map, and memory that runs out.
     pub async fn new(gpu: &Gpu, world: &World) -> Result<Self, RenderError> {
         let film = world.scene.film.size;
         let limits = gpu.device.limits();
@@ -72,7 +79,7 @@ impl Resident {
         }
         volume::check(&world.volumes)?;
         let (lights, environment) = light::encode(&world.scene.lights);
-        let view = View::new(&world.scene.camera, film, environment);
+        let view = View::new(&world.scene.camera, film, environment, rotation(world.environment.as_deref()));
         let atlas = Atlas::new(gpu, &world.volumes).await?;
         let mut bricks = Bricks::new(&atlas);
         let (volumes, extras) = volume::encode(&world.volumes, &mut bricks);
@@ -95,7 +102,18 @@ impl Resident {
             traits: Traits::of(&world.volumes),
             lights,
             environment,
+            sky: sky::texture(gpu, world.environment.as_deref()).await?,
+            map: world.environment.clone(),
             film,
         })
     }
+
+    /// How far the environment map is turned [rad].
+    pub fn sky_rotation(&self) -> f32 {
+        rotation(self.map.as_deref())
+    }
+}
+
+fn rotation(map: Option<&EnvironmentMap>) -> f32 {
+    map.map_or(0.0, |map| map.rotation)
 }

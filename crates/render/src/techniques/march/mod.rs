@@ -13,6 +13,7 @@
 //! `environment_directions` directions. Not in the model: scattered emission.
 
 mod blue_noise;
+mod environment;
 #[cfg(test)]
 mod test;
 
@@ -188,7 +189,7 @@ async fn record(Recording { graph, resident, settings, film, world }: Recording<
     // Those that shade surfaces come first.
     lights.sort_by_key(|light| light.local);
     let suns = lights.iter().filter(|light| light.local == 0).count() as u32;
-    lights.extend(environment_lights(resident.environment, settings.number("environment_directions") as u32));
+    lights.extend(environment::lights(resident, settings.number("environment_directions") as u32));
     let stride = Stride {
         step: settings.number("step"),
         least: 1e-3 * traits.voxel,
@@ -240,7 +241,7 @@ async fn record(Recording { graph, resident, settings, film, world }: Recording<
         .constant("ROUNDS", rounds > 1)
         .constant("MEAN", mean)
         .constant("JITTER", jitter)
-        .volumes(resident)
+        .world(resident)
         .read("view", &resident.view)
         .read("tile", &tile)
         .read("march", &parameters)
@@ -256,7 +257,7 @@ async fn record(Recording { graph, resident, settings, film, world }: Recording<
     let upsample = gpu.buffer("upsample", &upsample);
     graph
         .compute("upsample", &UPSAMPLE)
-        .volumes(resident)
+        .world(resident)
         .read("view", &resident.view)
         .read("tile", &tile)
         .read("upsample", &upsample)
@@ -331,17 +332,4 @@ fn rounds(
         });
     }
     Ok((rounds as u32, samples_per_round as u32))
-}
-
-/// A constant environment as `count` parallel lights, spread evenly over the sphere on a Fibonacci spiral.
-fn environment_lights(radiance: Vec3, count: u32) -> impl Iterator<Item = Light> {
-    let golden_angle = std::f32::consts::PI * (3.0 - 5f32.sqrt());
-    let count = if radiance == Vec3::ZERO { 0 } else { count };
-    (0..count).map(move |i| {
-        let y = 1.0 - (2.0 * i as f32 + 1.0) / count as f32;
-        let (sin, cos) = (golden_angle * i as f32).sin_cos();
-        let ring = (1.0 - y * y).sqrt();
-        let direction = Vec3::new(ring * cos, y, ring * sin);
-        Light::directional(direction, radiance * (4.0 * std::f32::consts::PI / count as f32))
-    })
 }
