@@ -49,6 +49,17 @@ pub enum ReferenceError {
         /// The medium's name.
         medium: String,
     },
+    /// A way of drawing that is not light.
+    #[error(
+        "media.{medium}.optics.transfer.{field}: found a way of drawing that is no physics; accepted by the \
+        reference: a transfer function without it"
+    )]
+    Unphysical {
+        /// The medium's name.
+        medium: String,
+        /// The field of its transfer function.
+        field: &'static str,
+    },
     /// A previous image of another size.
     #[error("the image to continue has {}×{} pixels; the scene's film.size is {}×{}", found[0], found[1], expected[0],
         expected[1])]

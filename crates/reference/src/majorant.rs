@@ -33,11 +33,16 @@ const FEATURE_CELLS: f32 = 8.0;
 
 impl Bounds {
     pub fn new(field: &Field, optics: &Optics) -> Self {
+        let knots = match optics {
+            Optics::Transfer(transfer) => transfer.knots(),
+            Optics::Coefficients { .. } => Vec::new(),
+        };
+        let strengths = |low, high| strengths(optics, &knots, low, high);
         match field {
-            Field::Homogeneous => Self { cells: [1; 3], ranges: vec![strengths(optics, 1.0, 1.0)] },
+            Field::Homogeneous => Self { cells: [1; 3], ranges: vec![strengths(1.0, 1.0)] },
             Field::Exponential { base, scale } => {
                 let value = |i: usize| (-(i as f32 / MOST_CELLS as f32 - base) / scale).exp();
-                let ranges = (0..MOST_CELLS).map(|i| strengths(optics, value(i + 1), value(i))).collect();
+                let ranges = (0..MOST_CELLS).map(|i| strengths(value(i + 1), value(i))).collect();
                 Self { cells: [1, MOST_CELLS, 1], ranges }
             }
             Field::Grid(grid) => {
@@ -47,7 +52,7 @@ impl Bounds {
                     .map(|i| {
                         let cell = [i % cells[0], i / cells[0] % cells[1], i / (cells[0] * cells[1])];
                         let [low, high] = values(grid, cells, cell);
-                        strengths(optics, low, high)
+                        strengths(low, high)
                     })
                     .collect();
                 Self { cells, ranges }
@@ -56,25 +61,27 @@ impl Bounds {
                 let side = (mesh.count() as f64 / f64::from(PER_CELL)).cbrt().ceil() as usize;
                 let cells = [side.min(MOST_CELLS); 3];
                 let ranges = mesh_values(mesh, cells).into_iter().map(|[low, high]| match low <= high {
-                    true => strengths(optics, low, high),
+                    true => strengths(low, high),
                     false => [0.0; 2],
                 });
                 // Part of a cell may lie outside the mesh, where there is nothing.
                 Self { cells, ranges: ranges.map(|[_, high]| [0.0, high]).collect() }
             }
-            Field::Sphere(sphere) => Self::over([BALL_CELLS; 3], optics, |low, high| sphere.range(low, high)),
+            Field::Sphere(sphere) => Self::over([BALL_CELLS; 3], strengths, |low, high| sphere.range(low, high)),
             Field::Noise(noise) => {
                 let cells = (noise.extent * FEATURE_CELLS).ceil().clamp(Vec3::ONE, Vec3::splat(MOST_CELLS as f32));
-                Self::over(cells.to_array().map(|n| n as usize), optics, |low, high| noise.range(low, high))
+                Self::over(cells.to_array().map(|n| n as usize), strengths, |low, high| noise.range(low, high))
             }
-            Field::Expression(expression) => {
-                Self { cells: [1; 3], ranges: vec![strengths(optics, 0.0, expression.highest)] }
-            }
+            Field::Expression(expression) => Self { cells: [1; 3], ranges: vec![strengths(0.0, expression.highest)] },
         }
     }
 
     /// Bounds from those of a field over any box of the unit cube.
-    fn over(cells: [usize; 3], optics: &Optics, range: impl Fn(Vec3, Vec3) -> [f32; 2] + Sync) -> Self {
+    fn over(
+        cells: [usize; 3],
+        strengths: impl Fn(f32, f32) -> [f32; 2] + Sync,
+        range: impl Fn(Vec3, Vec3) -> [f32; 2] + Sync,
+    ) -> Self {
         // Wider by this much, lest rounding put a point into the neighbouring cell.
         const MARGIN: f32 = 1e-6;
         let size = Vec3::from(cells.map(|n| 1.0 / n as f32));
@@ -85,7 +92,7 @@ impl Bounds {
                     Vec3::from([i % cells[0], i / cells[0] % cells[1], i / (cells[0] * cells[1])].map(|n| n as f32));
                 let (low, high) = (cell * size - MARGIN, (cell + 1.0) * size + MARGIN);
                 let [low, high] = range(low.max(Vec3::ZERO), high.min(Vec3::ONE));
-                strengths(optics, low, high)
+                strengths(low, high)
             })
             .collect();
         Self { cells, ranges }
@@ -157,17 +164,11 @@ fn mesh_values(mesh: &Mesh, cells: [usize; 3]) -> Vec<[f32; 2]> {
     ranges
 }
 
-/// The lowest and highest strength over an interval of values. A transfer function is monotonic between its stops.
-fn strengths(optics: &Optics, low: f32, high: f32) -> [f32; 2] {
-    let ends = [strength(optics, low), strength(optics, high)];
-    let mut range = [ends[0].min(ends[1]), ends[0].max(ends[1])];
-    if let Optics::Transfer(transfer) = optics {
-        for stop in transfer.stops.iter().filter(|stop| (low..=high).contains(&stop.value)) {
-            let here = strength(optics, stop.value);
-            range = [range[0].min(here), range[1].max(here)];
-        }
-    }
-    range
+/// The lowest and highest strength over an interval of values; it is monotonic between the knots.
+fn strengths(optics: &Optics, knots: &[f32], low: f32, high: f32) -> [f32; 2] {
+    let within = knots.iter().copied().filter(|knot| (low..=high).contains(knot));
+    let strengths = within.chain([low, high]).map(|value| strength(optics, value));
+    strengths.fold([f32::INFINITY, f32::NEG_INFINITY], |[least, most], here| [least.min(here), most.max(here)])
 }
 
 #[cfg(test)]

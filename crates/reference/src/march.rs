@@ -4,8 +4,9 @@
 //! constant bounds, which add up.
 
 use glam::DVec3;
+use tyndall_scene::description::Plane;
 
-use crate::medium::Medium;
+use crate::medium::{Medium, height};
 
 /// A ray's walk; kept between rays for its memory.
 #[derive(Default)]
@@ -44,10 +45,12 @@ impl March {
         self.cursors.clear();
         self.limit = limit;
         for (index, medium) in media.iter().enumerate() {
+            let kept = kept(&medium.clip, origin, direction);
             let origin = medium.unit_from_world.transform_point3(origin);
             let direction = medium.unit_from_world.transform_vector3(direction);
-            if let Some([enter, exit]) = unit_cube(origin, direction)
-                && enter < limit
+            if let (Some(cube), Some(kept)) = (unit_cube(origin, direction), kept)
+                && let [enter, exit] = [cube[0].max(kept[0]), cube[1].min(kept[1])]
+                && enter < exit.min(limit)
             {
                 let mut cursor = Cursor {
                     medium: index,
@@ -193,9 +196,40 @@ fn unit_cube(origin: DVec3, direction: DVec3) -> Option<[f64; 2]> {
     (enter < exit && exit.is_finite()).then_some([enter, exit])
 }
 
+/// Where a ray from a point is kept by all planes: distances from (at least 0) and to, which may be infinite.
+fn kept(clip: &[Plane], origin: DVec3, direction: DVec3) -> Option<[f64; 2]> {
+    let (mut enter, mut exit) = (0.0f64, f64::INFINITY);
+    for plane in clip {
+        let (above, climb) = (height(plane, origin), plane.normal.as_dvec3().dot(direction));
+        if climb > 0.0 {
+            exit = exit.min(-above / climb);
+        } else if climb < 0.0 {
+            enter = enter.max(-above / climb);
+        } else if above > 0.0 {
+            return None;
+        }
+    }
+    (enter < exit).then_some([enter, exit])
+}
+
 #[cfg(test)]
 mod test {
+    use glam::Vec3;
+
     use super::*;
+
+    #[test]
+    fn a_ray_is_kept_on_the_near_side_of_planes() {
+        let plane = |normal, distance| Plane { normal, distance };
+        let slab = [plane(Vec3::X, 2.0), plane(Vec3::NEG_X, -1.0)];
+        assert_eq!(kept(&slab, DVec3::ZERO, DVec3::X), Some([1.0, 2.0]));
+        assert_eq!(kept(&slab, DVec3::X * 1.5, DVec3::NEG_X), Some([0.0, 0.5]));
+        assert_eq!(kept(&slab, DVec3::X * 3.0, DVec3::X), None);
+        // Along a plane: what lies in it is kept.
+        assert_eq!(kept(&slab, DVec3::X * 2.0, DVec3::Y), Some([0.0, f64::INFINITY]));
+        assert_eq!(kept(&slab, DVec3::X * 2.5, DVec3::Y), None);
+        assert_eq!(kept(&[], DVec3::X, DVec3::Y), Some([0.0, f64::INFINITY]));
+    }
 
     #[test]
     fn a_ray_meets_the_cube_where_it_does() {

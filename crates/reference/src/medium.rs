@@ -1,8 +1,8 @@
 //! A participating medium in the form tracking asks for.
 
 use glam::{DAffine3, DMat4, DVec3};
-use tyndall_scene::description::Optics;
-use tyndall_scene::{Field, Volume};
+use tyndall_scene::description::{Optics, Plane};
+use tyndall_scene::{Color, Field, Temperature, Volume};
 
 use crate::ReferenceError;
 use crate::majorant::Bounds;
@@ -22,8 +22,13 @@ pub(crate) struct Medium {
     pub least: f64,
     /// Of its box [m].
     pub diagonal: f64,
+    /// In the world; the medium is where every one of them keeps it.
+    pub clip: Vec<Plane>,
+    world_from_unit: DAffine3,
     field: Field,
     response: Response,
+    temperature: Option<Temperature>,
+    color: Option<Color>,
 }
 
 /// What a medium does to light at a point.
@@ -50,6 +55,11 @@ impl Medium {
     const GLOW_COLLISIONS: f64 = 4.0;
 
     pub fn new(volume: &Volume) -> Result<Self, ReferenceError> {
+        if let Optics::Transfer(transfer) = &volume.optics
+            && let Some(field) = transfer.unphysical()
+        {
+            return Err(ReferenceError::Unphysical { medium: volume.name.clone(), field });
+        }
         let world_from_unit: DMat4 = volume.world_from_unit.as_dmat4();
         let bounds = Bounds::new(&volume.field, &volume.optics);
         let (extinction, glows, response) = match &volume.optics {
@@ -71,11 +81,23 @@ impl Medium {
             bounds,
             extinction,
             steepest,
-            least: if glows { Self::GLOW_COLLISIONS / diagonal } else { 0.0 },
+            least: if glows || volume.temperature.is_some() { Self::GLOW_COLLISIONS / diagonal } else { 0.0 },
             diagonal,
+            clip: volume.clip.clone(),
+            world_from_unit: DAffine3::from_mat4(world_from_unit),
             field: volume.field.clone(),
             response,
+            temperature: volume.temperature.clone(),
+            color: volume.color.clone(),
         })
+    }
+
+    /// Whether a point [m] is in its box, and not cut away; and where that is in the unit cube.
+    pub fn place(&self, point: DVec3) -> Option<DVec3> {
+        let unit = self.unit_from_world.transform_point3(point);
+        let within =
+            (unit - 0.5).abs().max_element() <= 0.5 && self.clip.iter().all(|plane| height(plane, point) <= 0.0);
+        within.then_some(unit)
     }
 
     /// Whether light can change its direction in it.
@@ -92,7 +114,7 @@ impl Medium {
     #[inline]
     pub fn at(&self, unit: DVec3) -> Local {
         let Some(value) = self.value(unit) else { return Local::NOTHING };
-        match &self.response {
+        let mut local = match &self.response {
             Response::Linear(one) => {
                 let density = f64::from(value.max(0.0));
                 Local {
@@ -105,7 +127,19 @@ impl Medium {
                 let c = optics.at(value);
                 Local { sigma_s: c.sigma_s.as_dvec3(), sigma_a: c.sigma_a.as_dvec3(), emission: c.emission.as_dvec3() }
             }
+        };
+        if self.color.is_some() || self.temperature.is_some() {
+            let point = self.world_from_unit.transform_point3(unit).as_vec3();
+            if let Some(color) = &self.color {
+                let lost = local.sigma_s * (1.0 - color.at(point).as_dvec3());
+                local.sigma_s -= lost;
+                local.sigma_a += lost;
+            }
+            if let Some(temperature) = &self.temperature {
+                local.emission += local.sigma_a * temperature.radiance(point).as_dvec3();
+            }
         }
+        local
     }
 
     /// The strength at a position in the unit cube: what `extinction` is per.
@@ -124,10 +158,15 @@ impl Medium {
     }
 }
 
+/// How far a point is on the side of a plane that is cut away [m].
+pub(crate) fn height(plane: &Plane, point: DVec3) -> f64 {
+    plane.normal.as_dvec3().dot(point) - f64::from(plane.distance)
+}
+
 /// The scalar that a medium's extinction is in proportion to: the density, or a transfer function's absorption [m⁻¹].
 pub(crate) fn strength(optics: &Optics, value: f32) -> f32 {
     match optics {
         Optics::Coefficients { .. } => value.max(0.0),
-        Optics::Transfer(_) => optics.at(value).sigma_a.x,
+        Optics::Transfer(transfer) => transfer.sigma_a(value),
     }
 }

@@ -23,7 +23,8 @@ impl Tracer {
     /// Prepares a world: bounds its densities, cell by cell.
     ///
     /// # Errors
-    /// [`ReferenceError::Unbounded`] where the extinction of a medium overflows.
+    /// [`ReferenceError::Unbounded`] where the extinction of a medium overflows, [`ReferenceError::Unphysical`] where a
+    /// transfer function has more to it than colour and opacity.
     pub fn new(world: &World) -> Result<Self, ReferenceError> {
         let media = world.volumes.iter().map(Medium::new).collect::<Result<Vec<_>, _>>()?;
         let scatters = media.iter().any(Medium::scatters);

@@ -108,9 +108,7 @@ impl<'a> Simple<'a> {
     /// What each medium does at a point.
     fn coefficients(&self, point: DVec3) -> Vec<(Coefficients, &Phase)> {
         let at = |(volume, phase): (&Volume, _)| {
-            let unit = volume.unit_from_world.transform_point3(point.as_vec3());
-            // Outside there is no medium, whatever a transfer function says of the value 0.
-            volume.field.within(unit).map(|value| (volume.optics.at(value), phase))
+            volume.coefficients(point.as_vec3()).map(|coefficients| (coefficients, phase))
         };
         self.world.volumes.iter().zip(&self.phases).filter_map(at).collect()
     }
@@ -120,7 +118,7 @@ impl<'a> Simple<'a> {
 fn highest(volume: &Volume) -> f64 {
     let sigma_t = |value: f32| f64::from(volume.optics.at(value).sigma_t().max_element());
     match (&volume.optics, &volume.field) {
-        (Optics::Transfer(transfer), _) => transfer.stops.iter().map(|stop| sigma_t(stop.value)).fold(0.0, f64::max),
+        (Optics::Transfer(transfer), _) => transfer.knots().into_iter().map(sigma_t).fold(0.0, f64::max),
         (_, Field::Homogeneous) => sigma_t(1.0),
         (_, Field::Exponential { .. }) => sigma_t(volume.field.value(Vec3::ZERO)),
         (_, Field::Grid(grid)) => {

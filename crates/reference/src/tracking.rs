@@ -169,9 +169,7 @@ impl Media {
     /// The media that scatter at a point.
     pub fn scatterers(&self, point: DVec3) -> Vec<Scatterer> {
         let at = |(index, medium): (usize, &Medium)| {
-            let unit = medium.unit_from_world.transform_point3(point);
-            let within = (unit - 0.5).abs().max_element() <= 0.5;
-            let sigma_s = if within { medium.at(unit).sigma_s } else { DVec3::ZERO };
+            let sigma_s = medium.at(medium.place(point)?).sigma_s;
             (sigma_s != DVec3::ZERO).then_some(Scatterer { sigma_s, medium: index })
         };
         self.media.iter().enumerate().filter_map(at).collect()

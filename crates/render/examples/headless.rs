@@ -22,6 +22,9 @@ fn puff(position: Vec3, sigma_s: Vec3) -> Medium {
             phase: Phase::Hg { g: 0.3 },
         },
         transform: Transform { translate: position, rotate: vec3(20.0, 35.0, 0.0), ..Default::default() },
+        clip: None,
+        temperature: None,
+        color: None,
     }
 }
 

@@ -32,8 +32,8 @@ impl<'a> Frame<'a> {
         let resident = Resident::new(gpu, world).await?;
         let film = film_texture(gpu, resident.film).await?;
         let mut graph = Graph::new(gpu);
-        (technique.record)(Recording { graph: &mut graph, resident: &resident, settings: &settings, film: &film })
-            .await?;
+        let recording = Recording { graph: &mut graph, resident: &resident, settings: &settings, film: &film, world };
+        (technique.record)(recording).await?;
         let profiler = wgpu_profiler::GpuProfiler::new(&gpu.device, wgpu_profiler::GpuProfilerSettings::default())
             .map_err(|error| RenderError::Pass { pass: "profiler".into(), message: error.to_string() })?;
         Ok(Self { resident, graph, film, profiler, exposure: world.scene.film.exposure, frames: 0, display: None })

@@ -47,7 +47,8 @@ enum Trouble {
 }
 
 /// Features that make pictures better where an adapter has them; nothing needs them.
-const WANTED: wgpu::Features = wgpu::Features::FLOAT32_FILTERABLE.union(wgpu::Features::TIMESTAMP_QUERY);
+const WANTED: wgpu::Features =
+    wgpu::Features::FLOAT32_FILTERABLE.union(wgpu::Features::FLOAT32_BLENDABLE).union(wgpu::Features::TIMESTAMP_QUERY);
 
 /// All adapters, the best first.
 pub async fn adapters() -> Vec<wgpu::Adapter> {

@@ -10,6 +10,7 @@ mod error;
 pub mod frame;
 mod gpu;
 pub mod graph;
+pub mod layers;
 pub mod math;
 mod renderer;
 pub mod resident;

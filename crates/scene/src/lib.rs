@@ -5,6 +5,7 @@
 //! render. Nothing here touches a GPU, and everything but file access builds for wasm32.
 
 pub mod assets;
+mod blackbody;
 pub mod description;
 mod document;
 mod environment;
@@ -13,12 +14,15 @@ pub mod image;
 pub mod metrics;
 pub mod parameter;
 pub mod phase;
+mod placed;
 pub mod volume;
 mod world;
 
 pub use assets::Assets;
+pub use blackbody::{HOTTEST, black_body};
 pub use description::Scene;
 pub use document::{Document, FieldError, Format, MAX_TEXT, SceneError};
 pub use environment::{EnvironmentError, EnvironmentMap};
 pub use glam;
+pub use placed::{Color, PlacedGrid, Temperature};
 pub use world::{Field, LoadError, Volume, World};

@@ -7,11 +7,11 @@ use std::sync::Arc;
 use glam::{Mat4, Vec3};
 
 use crate::assets::{Assets, Hashed};
-use crate::description::{Density, Light, Optics, Scene};
+use crate::description::{Clip, Coefficients, Density, Light, Medium, Optics, Plane, Raw, Scene, TemperatureGrid};
 use crate::field::{Expression, Formula, Fractal, Noise, Sphere};
 use crate::phase::PhaseFunction;
 use crate::volume::{Budget, FileError, Grid, Mesh, VolumeError, read_grid, read_mesh};
-use crate::{EnvironmentError, EnvironmentMap, FieldError, document};
+use crate::{Color, EnvironmentError, EnvironmentMap, FieldError, PlacedGrid, Temperature, document};
 
 /// A loaded scene.
 #[derive(Clone, Debug)]
@@ -40,8 +40,36 @@ pub struct Volume {
     pub world_from_unit: Mat4,
     /// What the medium does to light.
     pub optics: Optics,
-    /// Where it scatters light to: the phase function of `optics`.
+    /// Where it scatters light to, ready to be evaluated.
     pub phase: PhaseFunction,
+    /// In the world; the medium is where every one of them keeps it. At most [`Clip::MAX_PLANES`].
+    pub clip: Vec<Plane>,
+    /// How hot it is; what it emits is on top of that of `optics`.
+    pub temperature: Option<Temperature>,
+    /// The colour of what it scatters.
+    pub color: Option<Color>,
+}
+
+impl Volume {
+    /// What the medium does to light at a point [m]; `None` outside its box and where it is cut away.
+    pub fn coefficients(&self, point: Vec3) -> Option<Coefficients> {
+        let unit = self.unit_from_world.transform_point3(point);
+        // Outside there is no medium, whatever a transfer function says of the value 0.
+        let value = self.field.within(unit)?;
+        if !self.clip.iter().all(|plane| plane.keeps(point)) {
+            return None;
+        }
+        let mut here = self.optics.at(value);
+        if let Some(color) = &self.color {
+            let scattered = here.sigma_s * color.at(point);
+            here.sigma_a += here.sigma_s - scattered;
+            here.sigma_s = scattered;
+        }
+        if let Some(temperature) = &self.temperature {
+            here.emission += here.sigma_a * temperature.radiance(point);
+        }
+        Some(here)
+    }
 }
 
 /// A scalar field over the unit cube [0,1]³, 0 outside it.
@@ -179,14 +207,24 @@ impl World {
         for (name, medium) in &scene.media {
             let (field, local_from_unit) = loader.field(name, &medium.density)?;
             let world_from_unit = medium.transform.matrix() * local_from_unit;
-            // In double precision a medium of a micrometre has an inverse, too.
-            let unit_from_world = world_from_unit.as_dmat4().inverse().as_mat4();
-            if !unit_from_world.is_finite() || !world_from_unit.is_finite() {
-                return Err(LoadError::Singular { path: format!("media.{name}.transform") });
-            }
+            let unit_from_world = inverse(name, world_from_unit)?;
             let optics = medium.optics.clone();
+            let temperature = loader.temperature(name, medium)?;
+            let color = loader.color(name, medium)?;
+            let clip = medium.clip.as_ref().map(Clip::planes).unwrap_or_default();
             let phase = PhaseFunction::new(&optics.phase(), &format!("media.{name}.optics.coefficients.phase"))?;
-            volumes.push(Volume { name: name.clone(), field, unit_from_world, world_from_unit, optics, phase });
+            let name = name.clone();
+            volumes.push(Volume {
+                name,
+                field,
+                unit_from_world,
+                world_from_unit,
+                optics,
+                phase,
+                clip,
+                temperature,
+                color,
+            });
         }
         let environment = loader.environment(&scene)?;
         let hash = loader.hasher.finalize().to_hex().to_string();
@@ -194,13 +232,31 @@ impl World {
     }
 }
 
+/// The inverse of a medium's map to the world.
+fn inverse(medium: &str, world_from_unit: Mat4) -> Result<Mat4, LoadError> {
+    // In double precision a medium of a micrometre has an inverse, too.
+    let unit_from_world = world_from_unit.as_dmat4().inverse().as_mat4();
+    if !unit_from_world.is_finite() || !world_from_unit.is_finite() {
+        return Err(LoadError::Singular { path: format!("media.{medium}.transform") });
+    }
+    Ok(unit_from_world)
+}
+
 struct Loader<'a> {
     assets: &'a dyn Assets,
     left: Budget,
     hasher: blake3::Hasher,
-    /// What was read already, with the densities that say so.
-    grids: Vec<(Density, Arc<Grid>)>,
+    /// What was read already, with what says so.
+    grids: Vec<(Source, Arc<Grid>)>,
     meshes: Vec<(Density, Arc<Mesh>)>,
+}
+
+/// Where a grid comes from.
+#[derive(PartialEq)]
+struct Source {
+    file: String,
+    name: Option<String>,
+    raw: Option<Raw>,
 }
 
 impl Loader<'_> {
@@ -229,18 +285,8 @@ impl Loader<'_> {
                 (Field::Expression(Arc::new(field)), box_map(min, max))
             }
             Density::Grid { file, name, raw } => {
-                let grid = match self.grids.iter().find(|(known, _)| known == density) {
-                    Some((_, grid)) => grid.clone(),
-                    None => {
-                        let assets = Hashed::new(self.assets, &mut self.hasher);
-                        let grid = read_grid(file, name.as_deref(), raw.as_ref(), &assets, self.left)
-                            .map_err(|error| wrong(&format!("media.{medium}.density.grid"), file, error))?;
-                        self.left.0 = self.left.0.saturating_sub(grid.bytes());
-                        let grid = Arc::new(grid);
-                        self.grids.push((density.clone(), grid.clone()));
-                        grid
-                    }
-                };
+                let source = Source { file: file.clone(), name: name.clone(), raw: raw.clone() };
+                let grid = self.grid(source, &format!("media.{medium}.density.grid"), "name")?;
                 let map = grid.world_from_unit();
                 (Field::Grid(grid), map)
             }
@@ -250,7 +296,7 @@ impl Loader<'_> {
                     None => {
                         let assets = Hashed::new(self.assets, &mut self.hasher);
                         let mesh = read_mesh(file, name.as_deref(), &assets, self.left)
-                            .map_err(|error| wrong(&format!("media.{medium}.density.mesh"), file, error))?;
+                            .map_err(|error| wrong(&format!("media.{medium}.density.mesh"), "name", file, error))?;
                         self.left.0 = self.left.0.saturating_sub(mesh.bytes());
                         let mesh = Arc::new(mesh);
                         self.meshes.push((density.clone(), mesh.clone()));
@@ -261,6 +307,38 @@ impl Loader<'_> {
                 (Field::Mesh(mesh), map)
             }
         })
+    }
+
+    fn temperature(&mut self, name: &str, medium: &Medium) -> Result<Option<Temperature>, LoadError> {
+        let Some(temperature) = &medium.temperature else { return Ok(None) };
+        let source = Source { file: temperature.file.clone(), name: temperature.name.clone(), raw: None };
+        let grid = self.grid(source, &format!("media.{name}.temperature"), "name")?;
+        let &TemperatureGrid { kelvin, offset, radiance_scale, .. } = temperature;
+        Ok(Some(Temperature { grid: placed(name, medium, grid)?, kelvin, offset, radiance_scale }))
+    }
+
+    fn color(&mut self, name: &str, medium: &Medium) -> Result<Option<Color>, LoadError> {
+        let Some(color) = &medium.color else { return Ok(None) };
+        let mut channel = |i: usize| {
+            let source = Source { file: color.file.clone(), name: Some(color.names[i].clone()), raw: None };
+            let grid = self.grid(source, &format!("media.{name}.color"), &format!("names.{i}"))?;
+            placed(name, medium, grid)
+        };
+        Ok(Some(Color { grids: [channel(0)?, channel(1)?, channel(2)?] }))
+    }
+
+    /// A grid of a file that the table at `path` names, where `name_field` names one of several.
+    fn grid(&mut self, source: Source, path: &str, name_field: &str) -> Result<Arc<Grid>, LoadError> {
+        if let Some((_, grid)) = self.grids.iter().find(|(known, _)| *known == source) {
+            return Ok(grid.clone());
+        }
+        let assets = Hashed::new(self.assets, &mut self.hasher);
+        let grid = read_grid(&source.file, source.name.as_deref(), source.raw.as_ref(), &assets, self.left)
+            .map_err(|error| wrong(path, name_field, &source.file, error))?;
+        self.left.0 = self.left.0.saturating_sub(grid.bytes());
+        let grid = Arc::new(grid);
+        self.grids.push((source, grid.clone()));
+        Ok(grid)
     }
 
     /// The environment map, if there is one; [`Scene::check`] allows no second.
@@ -282,13 +360,19 @@ impl Loader<'_> {
     }
 }
 
+/// A grid where a medium's transform puts it.
+fn placed(name: &str, medium: &Medium, grid: Arc<Grid>) -> Result<PlacedGrid, LoadError> {
+    let unit_from_world = inverse(name, medium.transform.matrix() * grid.world_from_unit())?;
+    Ok(PlacedGrid { grid, unit_from_world })
+}
+
 /// What is wrong with the file of the density at `path`, at the field it is about.
-fn wrong(path: &str, file: &str, error: FileError) -> LoadError {
+fn wrong(path: &str, name_field: &str, file: &str, error: FileError) -> LoadError {
     use VolumeError::{NoArrayNamed, NoGridNamed, NoSuchArray, NoSuchGrid, WhichSeries, WrongLength};
     let field = match error {
         FileError::Volume(
             NoSuchGrid { .. } | NoGridNamed { .. } | NoSuchArray { .. } | NoArrayNamed { .. } | WhichSeries { .. },
-        ) => "name",
+        ) => name_field,
         FileError::Volume(WrongLength { .. }) => "raw",
         _ => "file",
     };

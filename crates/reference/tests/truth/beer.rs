@@ -123,9 +123,9 @@ fn transfer_function() {
     let n = 400;
     let field = grid([n, 1, 1], |i, _, _| (i as f32 + 0.5) / n as f32);
     let color = Vec3::new(1.0, 0.5, 0.1);
-    let stop = |value, opacity| Stop { value, opacity, color };
+    let stop = |value, opacity| Stop { value, opacity, color: Some(color) };
     let stops = vec![stop(0.4, 0.0), stop(0.5, 0.5), stop(0.6, 0.0)];
-    let optics = Optics::Transfer(Transfer { unit_length: 0.1, radiance: 2.0, stops });
+    let optics = Optics::Transfer(Transfer { unit_length: 0.1, radiance: 2.0, stops, ..Transfer::default() });
     let world = world(vec![volume(field, Vec3::ZERO, Vec3::ONE, optics)], vec![sky(0.1)]);
     // ∫₀^½ −ln(1 − o) do = ½ − ½ ln 2.
     let tau = 2.0 * (0.1 / 0.5) * (0.5 - 0.5 * 2f64.ln()) / 0.1;

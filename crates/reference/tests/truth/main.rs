@@ -3,7 +3,9 @@
 
 mod agreement;
 mod beer;
+mod clip;
 mod furnace;
+mod glow;
 mod half_space;
 mod mesh;
 mod phases;

@@ -85,9 +85,11 @@ fn a_constant_mesh_is_a_box() {
 /// third along x, of value 0 and opacity ½ within 0.2 m, T = ½^(2/3/0.2).
 #[test]
 fn nothing_between_cells() {
-    let stops =
-        vec![Stop { value: 0.0, opacity: 0.5, color: Vec3::ONE }, Stop { value: 1.0, opacity: 0.5, color: Vec3::ONE }];
-    let optics = Optics::Transfer(Transfer { unit_length: 0.2, radiance: 1.0, stops });
+    let stops = vec![
+        Stop { value: 0.0, opacity: 0.5, color: Some(Vec3::ONE) },
+        Stop { value: 1.0, opacity: 0.5, color: Some(Vec3::ONE) },
+    ];
+    let optics = Optics::Transfer(Transfer { unit_length: 0.2, radiance: 1.0, stops, ..Transfer::default() });
     let field = hexahedra(3, |middle| (middle.x - 0.5).abs() > 0.2, |_| 0.0);
     let world = world(vec![volume(field, Vec3::ZERO, Vec3::ONE, optics)], vec![]);
     // In the cube's face, where no vertex is moved.

@@ -62,7 +62,18 @@ pub fn volume(field: Field, min: Vec3, max: Vec3, optics: Optics) -> Volume {
 
 pub fn moved(field: Field, world_from_unit: Mat4, optics: Optics) -> Volume {
     let phase = PhaseFunction::new(&optics.phase(), "phase").unwrap();
-    Volume { name: "medium".into(), field, unit_from_world: world_from_unit.inverse(), world_from_unit, optics, phase }
+    let unit_from_world = world_from_unit.inverse();
+    Volume {
+        name: "medium".into(),
+        field,
+        unit_from_world,
+        world_from_unit,
+        optics,
+        phase,
+        clip: Vec::new(),
+        temperature: None,
+        color: None,
+    }
 }
 
 /// A homogeneous medium in [0,1]³.

@@ -4,13 +4,20 @@
 //! `graph.compute("march", &MARCH).read("view", &view).write("film", &film).over_film(1).await?`.
 //! The names are checked against the shader's own reflection, so a pass that forgets, invents or confuses a binding is
 //! an error that names pass and binding. Recording makes pipelines and bind groups; executing allocates nothing.
+//!
+//! What a pass runs over is said last: `over_film`, an invocation a pixel; `dispatch`, so many workgroups, once a frame;
+//! `draw`, triangles blended into a target.
 
 mod bindings;
+mod raster;
 mod shader;
 
 pub use bindings::{BindingError, Bindings, Resource};
+pub use raster::Draw;
 pub(crate) use shader::shader;
 pub use shader::{BindingKind, Reflected, Reflection, Shader};
+
+use std::marker::PhantomData;
 
 use encase::ShaderSize;
 
@@ -42,10 +49,19 @@ pub struct Graph<'a> {
 #[derive(Debug)]
 struct Pass {
     name: &'static str,
-    pipeline: wgpu::ComputePipeline,
     bind_group: wgpu::BindGroup,
-    workgroup: [u32; 3],
     rounds: u32,
+    work: Work,
+}
+
+#[derive(Debug)]
+enum Work {
+    /// An invocation a pixel of each tile, in workgroups of this size.
+    OverFilm(wgpu::ComputePipeline, [u32; 3]),
+    /// So many workgroups, once a frame.
+    Dispatch(wgpu::ComputePipeline, [u32; 3]),
+    /// Triangles, a batch a round.
+    Draw(raster::Drawing),
 }
 
 impl<'a> Graph<'a> {
@@ -65,13 +81,20 @@ impl<'a> Graph<'a> {
     }
 
     /// Begins to declare a compute pass.
-    pub fn compute<'g>(&'g mut self, name: &'static str, shader: &'static Shader) -> ComputePass<'g, 'a> {
-        ComputePass { graph: self, name, shader, bindings: Bindings::default(), constants: Vec::new() }
+    pub fn compute<'g>(&'g mut self, name: &'static str, shader: &'static Shader) -> Declaration<'g, 'a, Compute> {
+        Declaration::new(self, name, shader)
     }
 
-    /// Submits every pass for one tile of the film, a submission a round, each with its GPU time.
+    /// Begins to declare a pass that draws.
+    pub fn raster<'g>(&'g mut self, name: &'static str, shader: &'static Shader) -> Declaration<'g, 'a, Raster> {
+        Declaration::new(self, name, shader)
+    }
+
+    /// Submits every pass for one tile of the film, a submission a round, each with its GPU time. A pass that runs once a
+    /// frame does so with the first tile.
     pub fn submit(&self, tile: Tile, profiler: &mut wgpu_profiler::GpuProfiler) {
-        for pass in &self.passes {
+        let first = tile.origin == glam::UVec2::ZERO;
+        for pass in self.passes.iter().filter(|pass| first || !matches!(pass.work, Work::Dispatch(..))) {
             for round in 0..pass.rounds {
                 let mut bytes = encase::StorageBuffer::new([0u8; Tile::SHADER_SIZE.get() as usize]);
                 bytes.write(&Tile { round, ..tile }).expect("the array has the tile's size");
@@ -79,12 +102,7 @@ impl<'a> Graph<'a> {
                 let label = wgpu::CommandEncoderDescriptor { label: Some(pass.name) };
                 let mut encoder = self.gpu.device.create_command_encoder(&label);
                 let mut scope = profiler.scope("frame", &mut encoder);
-                let mut recorded = scope.scoped_compute_pass(pass.name);
-                recorded.set_pipeline(&pass.pipeline);
-                recorded.set_bind_group(0, &pass.bind_group, &[]);
-                let [x, y, _] = pass.workgroup;
-                recorded.dispatch_workgroups(tile.size.x.div_ceil(x), tile.size.y.div_ceil(y), 1);
-                drop(recorded);
+                pass.record(Tile { round, ..tile }, &mut scope);
                 drop(scope);
                 profiler.resolve_queries(&mut encoder);
                 self.gpu.queue.submit([encoder.finish()]);
@@ -93,17 +111,44 @@ impl<'a> Graph<'a> {
     }
 }
 
-/// A compute pass being declared.
-#[must_use = "a pass is recorded by `over_film`"]
-pub struct ComputePass<'g, 'a> {
+impl Pass {
+    fn record(&self, tile: Tile, scope: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>) {
+        let (pipeline, [x, y, z]) = match &self.work {
+            Work::Draw(drawing) => return drawing.record(self.name, &self.bind_group, tile, scope),
+            Work::Dispatch(pipeline, workgroups) => (pipeline, *workgroups),
+            Work::OverFilm(pipeline, [x, y, _]) => (pipeline, [tile.size.x.div_ceil(*x), tile.size.y.div_ceil(*y), 1]),
+        };
+        let mut recorded = scope.scoped_compute_pass(self.name);
+        recorded.set_pipeline(pipeline);
+        recorded.set_bind_group(0, &self.bind_group, &[]);
+        recorded.dispatch_workgroups(x, y, z);
+    }
+}
+
+/// A pass that computes.
+#[derive(Debug)]
+pub enum Compute {}
+
+/// A pass that draws.
+#[derive(Debug)]
+pub enum Raster {}
+
+/// A pass being declared.
+#[must_use = "a pass is recorded by what it runs over: `over_film`, `dispatch` or `draw`"]
+pub struct Declaration<'g, 'a, Kind> {
     graph: &'g mut Graph<'a>,
     name: &'static str,
     shader: &'static Shader,
     bindings: Bindings,
     constants: Vec<(&'static str, f64)>,
+    kind: PhantomData<Kind>,
 }
 
-impl ComputePass<'_, '_> {
+impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
+    fn new(graph: &'g mut Graph<'a>, name: &'static str, shader: &'static Shader) -> Self {
+        Self { graph, name, shader, bindings: Bindings::default(), constants: Vec::new(), kind: PhantomData }
+    }
+
     /// Specialises the shader: the value of one of its `override`s.
     pub fn constant(mut self, name: &'static str, value: impl Into<f64>) -> Self {
         self.constants.push((name, value.into()));
@@ -116,23 +161,63 @@ impl ComputePass<'_, '_> {
         self
     }
 
-    /// The media, and what a shader that imports `resident/volume.wesl` is specialised for.
+    /// The media: of what `resident/volume.wesl` binds and is specialised for, as much as the shader uses.
     pub fn volumes(mut self, resident: &Resident) -> Self {
+        // A shader that cannot be reflected is an error when the pass is recorded.
+        let Ok(reflection) = self.shader.reflect() else { return self };
         let traits = &resident.traits;
-        self = self
-            .constant("VOLUMES", traits.count)
-            .constant("GRIDS", traits.grids)
-            .constant("EXPONENTIALS", traits.exponentials)
-            .constant("TRANSFERS", traits.transfers)
-            .constant("PLANES", traits.planes);
-        self.read("volumes", &resident.volumes)
-            .read("extras", &resident.extras)
-            .read("bricks", &resident.bricks)
-            .read("atlas", &resident.atlas)
-            .read("transfers", &resident.transfers)
-            .read("linear", &resident.linear)
+        let constants = [
+            ("VOLUMES", f64::from(traits.count)),
+            ("GRIDS", f64::from(traits.grids)),
+            ("EXPONENTIALS", f64::from(traits.exponentials)),
+            ("TRANSFERS", f64::from(traits.transfers)),
+            ("PLANES", f64::from(traits.planes)),
+            ("SHADED", f64::from(traits.shaded)),
+            ("SURFACES", f64::from(traits.surfaces)),
+        ];
+        for (name, value) in constants {
+            if reflection.overrides.iter().any(|used| used == name) {
+                self = self.constant(name, value);
+            }
+        }
+        let resources: [(_, Resource); 6] = [
+            ("volumes", (&resident.volumes).into()),
+            ("extras", (&resident.extras).into()),
+            ("bricks", (&resident.bricks).into()),
+            ("atlas", (&resident.atlas).into()),
+            ("transfers", (&resident.transfers).into()),
+            ("linear", (&resident.linear).into()),
+        ];
+        for (name, resource) in resources {
+            if reflection.bindings.iter().any(|used| used.name == name) {
+                self = self.read(name, resource);
+            }
+        }
+        self
     }
 
+    /// Makes what the pass works with and its bind group, and appends it to the list.
+    async fn record(
+        self,
+        reflection: &Reflection,
+        rounds: u32,
+        make: impl FnOnce(&Gpu, &[(&'static str, f64)]) -> (Work, wgpu::BindGroupLayout),
+    ) -> Result<(), RenderError> {
+        let Self { graph, name, bindings, constants, .. } = self;
+        bindings.check(name, reflection)?;
+        let gpu = graph.gpu;
+        let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let (work, layout) = make(gpu, &constants);
+        let bind_group = bindings.group(gpu, name, &layout, reflection);
+        if let Some(error) = scope.pop().await {
+            return Err(RenderError::Pass { pass: name.into(), message: error.to_string() });
+        }
+        graph.passes.push(Pass { name, bind_group, rounds, work });
+        Ok(())
+    }
+}
+
+impl Declaration<'_, '_, Compute> {
     /// A buffer or texture that the pass writes.
     pub fn write<'r>(mut self, name: &'static str, resource: impl Into<Resource<'r>>) -> Self {
         self.bindings.write(name, resource.into());
@@ -145,19 +230,31 @@ impl ComputePass<'_, '_> {
     /// # Errors
     /// Names that do not match the shader's, and whatever the device refuses.
     pub async fn over_film(self, rounds: u32) -> Result<(), RenderError> {
-        let Self { graph, name, shader, bindings, constants } = self;
+        self.compute(rounds, Work::OverFilm).await
+    }
+
+    /// Records the pass: so many workgroups along x, y, z, once a frame, in so many rounds, one after the other.
+    ///
+    /// # Errors
+    /// As [`over_film`](Self::over_film).
+    pub async fn dispatch(self, workgroups: [u32; 3], rounds: u32) -> Result<(), RenderError> {
+        self.compute(rounds, |pipeline, _| Work::Dispatch(pipeline, workgroups)).await
+    }
+
+    async fn compute(
+        self,
+        rounds: u32,
+        work: impl FnOnce(wgpu::ComputePipeline, [u32; 3]) -> Work,
+    ) -> Result<(), RenderError> {
+        let Self { name, shader, .. } = self;
         let reflection = shader.reflect()?;
-        bindings.check(name, &reflection)?;
         let workgroup = reflection.workgroup.ok_or(BindingError::NoEntryPoint { pass: name, shader: shader.name })?;
-        let gpu = graph.gpu;
-        let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let pipeline = compute_pipeline(gpu, name, shader, &constants);
-        let bind_group = bindings.group(gpu, name, &pipeline.get_bind_group_layout(0), &reflection);
-        if let Some(error) = scope.pop().await {
-            return Err(RenderError::Pass { pass: name.into(), message: error.to_string() });
-        }
-        graph.passes.push(Pass { name, pipeline, bind_group, workgroup, rounds });
-        Ok(())
+        let make = |gpu: &Gpu, constants: &[_]| {
+            let pipeline = compute_pipeline(gpu, name, shader, constants);
+            let layout = pipeline.get_bind_group_layout(0);
+            (work(pipeline, workgroup), layout)
+        };
+        self.record(&reflection, rounds, make).await
     }
 }
 

@@ -54,6 +54,8 @@ pub struct Reflected {
 pub struct Reflection {
     /// The bindings that entry points use, all in group 0.
     pub bindings: Vec<Reflected>,
+    /// The names of its `override`s.
+    pub overrides: Vec<String>,
     /// The compute entry point's workgroup size; `None` for vertex and fragment shaders.
     pub workgroup: Option<[u32; 3]>,
 }
@@ -90,7 +92,8 @@ impl Shader {
             bindings.push(Reflected { name, binding: place.binding, kind, size });
         }
         let compute = module.entry_points.iter().find(|entry| entry.stage == ShaderStage::Compute);
-        Ok(Reflection { bindings, workgroup: compute.map(|entry| entry.workgroup_size) })
+        let overrides = module.overrides.iter().filter_map(|(_, constant)| constant.name.clone()).collect();
+        Ok(Reflection { bindings, overrides, workgroup: compute.map(|entry| entry.workgroup_size) })
     }
 }
 

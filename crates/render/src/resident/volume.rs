@@ -106,8 +106,8 @@ fn majorant(optics: &Optics, low: f32, high: f32) -> f32 {
     let (first, last) = domain(transfer);
     let entry = (last - first) / (TRANSFER_ENTRIES - 1) as f32;
     let (low, high) = (low - entry, high + entry);
-    let within = transfer.stops.iter().map(|stop| stop.value).filter(|value| (low..=high).contains(value));
-    within.chain([low, high]).map(|value| optics.at(value).sigma_a.x).fold(0.0, f32::max)
+    let within = transfer.knots().into_iter().filter(|value| (low..=high).contains(value));
+    within.chain([low, high]).map(|value| transfer.sigma_a(value)).fold(0.0, f32::max)
 }
 
 fn encode(volume: &tyndall_scene::Volume) -> Volume {
@@ -156,10 +156,10 @@ fn encode(volume: &tyndall_scene::Volume) -> Volume {
 
 /// The values between which a transfer function changes; never empty.
 fn domain(transfer: &Transfer) -> (f32, f32) {
-    match (transfer.stops.first(), transfer.stops.last()) {
-        (Some(first), Some(last)) if first.value < last.value => (first.value, last.value),
-        (Some(only), _) => (only.value, only.value + 1.0),
-        _ => (0.0, 1.0),
+    match transfer.knots().as_slice() {
+        [first, .., last] if first < last => (*first, *last),
+        [only, ..] => (*only, *only + 1.0),
+        [] => (0.0, 1.0),
     }
 }
 
@@ -342,12 +342,10 @@ fn integrals(response: &[[f32; 4]]) -> Vec<[f32; 4]> {
 /// Colour (radiance of an opaque body) and extinction [m⁻¹] at equal distances over the function's domain.
 fn transfer_table(transfer: &Transfer) -> Vec<[f32; 4]> {
     let (low, high) = domain(transfer);
-    let optics = Optics::Transfer(transfer.clone());
     (0..TRANSFER_ENTRIES)
         .map(|i| {
             let value = low + (high - low) * i as f32 / (TRANSFER_ENTRIES - 1) as f32;
-            let extinction = optics.at(value).sigma_a.x;
-            (transfer.stop(value).color * transfer.radiance).extend(extinction).to_array()
+            (transfer.color(value) * transfer.radiance).extend(transfer.sigma_a(value)).to_array()
         })
         .collect()
 }

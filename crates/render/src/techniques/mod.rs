@@ -1,10 +1,16 @@
 //! Techniques: a folder each, and a line here. The build lists the folders.
 
+pub mod cells;
 pub mod march;
+pub mod project;
+pub mod slicing;
+pub mod splatting;
 
 use std::pin::Pin;
 
+use tyndall_scene::description::Density;
 use tyndall_scene::parameter::{Parameter, Settings};
+use tyndall_scene::{Field, FieldError, World};
 
 use crate::RenderError;
 use crate::graph::Graph;
@@ -14,7 +20,10 @@ use crate::resident::Resident;
 pub const TECHNIQUES: &[Technique] = &include!(concat!(env!("OUT_DIR"), "/techniques.rs"));
 
 /// The technique of a scene that names none.
-const DEFAULT: &str = march::TECHNIQUE.name;
+fn default(scene: &tyndall_scene::Scene) -> &'static str {
+    let meshes = scene.media.values().all(|medium| matches!(medium.density, Density::Mesh { .. }));
+    if meshes && !scene.media.is_empty() { cells::TECHNIQUE.name } else { march::TECHNIQUE.name }
+}
 
 /// What a technique declares of itself.
 #[derive(Clone, Copy)]
@@ -39,6 +48,8 @@ pub struct Recording<'r, 'a> {
     pub settings: &'r Settings,
     /// The texture to fill.
     pub film: &'r wgpu::Texture,
+    /// The world that is on the device.
+    pub world: &'r World,
 }
 
 /// A recording in progress; it waits for the device's verdict on each pass.
@@ -53,7 +64,7 @@ pub fn chosen(scene: &tyndall_scene::Scene) -> Result<(&'static Technique, Setti
     let mut asked = scene.techniques.iter();
     let (name, given) = match asked.next() {
         Some((name, given)) => (name.as_str(), Some(given)),
-        None => (DEFAULT, None),
+        None => (default(scene), None),
     };
     let technique = TECHNIQUES.iter().find(|technique| technique.name == name);
     match (technique, asked.next()) {
@@ -63,5 +74,18 @@ pub fn chosen(scene: &tyndall_scene::Scene) -> Result<(&'static Technique, Setti
             accepted: format!("one technique (the scene also has {name})"),
         }),
         (None, _) => Err(RenderError::NoSuchTechnique { found: name.into(), accepted: names() }),
+    }
+}
+
+/// Refuses unstructured meshes, in the name of a technique that does not render them.
+fn without_meshes(world: &World, technique: &str) -> Result<(), RenderError> {
+    match world.volumes.iter().find(|volume| matches!(volume.field, Field::Mesh(_))) {
+        None => Ok(()),
+        Some(volume) => Err(FieldError {
+            path: format!("media.{}.density.mesh", volume.name),
+            found: format!("a mesh, with techniques.{technique}"),
+            accepted: "a mesh with techniques.cells".into(),
+        }
+        .into()),
     }
 }

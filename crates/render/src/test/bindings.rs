@@ -70,3 +70,20 @@ fn a_recorded_pass_runs_in_rounds() {
     let frames = profiler.process_finished_frame(gpu.queue.get_timestamp_period()).unwrap();
     assert_eq!(frames.len(), 3, "a submission a round");
 }
+
+#[test]
+fn a_dispatch_runs_once_a_frame() {
+    let Some(gpu) = gpu() else { return };
+    let mut graph = Graph::new(&gpu);
+    let [a, b] = ["a", "b"].map(|name| gpu.buffer(name, &vec![glam::Vec4::ZERO; 64]));
+    let pass = graph.compute("p", &PHASE).read("input", &a).write("output", &b);
+    pollster::block_on(pass.dispatch([1, 1, 1], 2)).unwrap();
+    let mut profiler = wgpu_profiler::GpuProfiler::new(&gpu.device, Default::default()).unwrap();
+    for x in [0, 64, 128] {
+        graph.submit(Tile { origin: glam::uvec2(x, 0), size: glam::UVec2::ONE, ..Default::default() }, &mut profiler);
+    }
+    profiler.end_frame().unwrap();
+    gpu.wait().unwrap();
+    let frames = profiler.process_finished_frame(gpu.queue.get_timestamp_period()).unwrap();
+    assert_eq!(frames.len(), 2, "two rounds, with the first of three tiles");
+}

@@ -55,11 +55,14 @@ fn a_callers_texture_shows_the_tone_mapped_film() {
 #[test]
 fn a_moved_camera_shows_in_the_next_rendering() {
     let Some(gpu) = gpu() else { return };
-    let mut world = world_of(&PLUME.replace("[640, 480]", "[32, 24]"), &shipped());
-    let mut frame = pollster::block_on(Frame::new(&gpu, &world)).unwrap();
-    world.scene.camera.position.x = -1.5;
-    frame.set_camera(&world.scene.camera);
-    frame.render();
-    let moved = pollster::block_on(crate::renderer::read_film(&gpu, frame.film())).unwrap();
-    assert_eq!(moved, picture(&gpu, &world).pixels);
+    for technique in ["march", "project", "slicing", "splatting"] {
+        let text = format!("{}\n[techniques.{technique}]", PLUME.replace("[640, 480]", "[32, 24]"));
+        let mut world = world_of(&text, &shipped());
+        let mut frame = pollster::block_on(Frame::new(&gpu, &world)).unwrap();
+        world.scene.camera.position.x = -1.5;
+        frame.set_camera(&world.scene.camera);
+        frame.render();
+        let moved = pollster::block_on(crate::renderer::read_film(&gpu, frame.film())).unwrap();
+        assert_eq!(moved, picture(&gpu, &world).pixels);
+    }
 }

@@ -52,6 +52,22 @@ fn shared_structs_have_one_layout() {
     assert_eq!(rust_layout::<techniques::march::Scattering, _>(), shader_layout(march, "Scattering"));
     assert_eq!(rust_layout::<techniques::march::Upsample, _>(), shader_layout("techniques/march/upsample", "Upsample"));
     assert_eq!(techniques::march::PATH_BYTES, shader_layout(march, "Path").1);
+    assert_eq!(
+        rust_layout::<techniques::slicing::Slicing, _>(),
+        shader_layout("techniques/slicing/slicing", "Slicing")
+    );
+    let splats = "techniques/splatting/splats";
+    assert_eq!(rust_layout::<techniques::splatting::Splat, _>(), shader_layout(splats, "Splat"));
+    assert_eq!(rust_layout::<techniques::splatting::Kernel, _>(), shader_layout(splats, "Kernel"));
+    assert_eq!(
+        rust_layout::<techniques::project::Project, _>(),
+        shader_layout("techniques/project/project", "Project")
+    );
+    let cells = "techniques/cells/cells";
+    assert_eq!(rust_layout::<techniques::cells::Cells, _>(), shader_layout(cells, "Cells"));
+    assert_eq!(rust_layout::<techniques::cells::Tetrahedron, _>(), shader_layout(cells, "Tetrahedron"));
+    assert_eq!(rust_layout::<techniques::cells::Node, _>(), shader_layout(cells, "Node"));
+    assert_eq!(techniques::cells::PATH_BYTES, shader_layout(cells, "Path").1);
     assert_eq!(rust_layout::<display::Parameters, _>(), shader_layout("display/display", "Display"));
 }
 

@@ -81,17 +81,21 @@ fn an_empty_world_is_the_environment() {
 #[test]
 fn absurd_proportions() {
     let Some(gpu) = gpu() else { return };
-    for (scale, place) in [("[1e9, 1, 1]", 0.0), ("[1e30, 1, 1e-6]", 0.0), ("1e12", 0.0), ("1e-9", 0.0), ("0.01", 1e7)]
-    {
+    let proportions = [("[1e9, 1, 1]", 0.0), ("[1e30, 1, 1e-6]", 0.0), ("1e12", 0.0), ("1e-9", 0.0), ("0.01", 1e7)];
+    let techniques = ["march", "project", "slicing", "splatting"];
+    for ((scale, place), technique) in proportions.iter().flat_map(|&p| techniques.map(|technique| (p, technique))) {
         let text = format!(
             "camera = {{ position = [{place}, 0.1, 5], target = [{place}, 0, 0] }}\nfilm.size = [4, 4]\n\
              lights.sun.directional = {{ direction = [-1, -1, -1], irradiance = 1 }}\n[media.fog]\n\
              density.exponential = {{ min = [-1, -1, -1], max = [1, 1, 1], scale_height = 1 }}\n\
-             optics.coefficients.sigma_s = 1\ntransform = {{ scale = {scale}, translate = [{place}, 0, 0] }}"
+             optics.coefficients.sigma_s = 1\ntransform = {{ scale = {scale}, translate = [{place}, 0, 0] }}\n\
+             [techniques.{technique}]"
         );
         match render(&gpu, &world(&text)) {
-            Ok(rendering) => assert!(rendering.image.pixels.iter().flatten().all(|v| v.is_finite()), "{scale}"),
-            Err(error) => assert!(matches!(error, RenderError::Limit { .. }), "{scale}: {error}"),
+            Ok(rendering) => {
+                assert!(rendering.image.pixels.iter().flatten().all(|v| v.is_finite()), "{technique} {scale}")
+            }
+            Err(error) => assert!(matches!(error, RenderError::Limit { .. }), "{technique} {scale}: {error}"),
         }
     }
 }

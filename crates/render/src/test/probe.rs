@@ -9,7 +9,7 @@ use tyndall_scene::phase::{Blend, PhaseFunction, PhaseTable};
 use super::{gpu, tolerance};
 use crate::Gpu;
 use crate::graph::{Bindings, Shader, shader};
-use crate::math::{phase, ray};
+use crate::math::{phase, ray, slab};
 use crate::resident::expression;
 
 /// Runs a probe: a shader that maps `input` to `output`, an invocation an element.
@@ -135,6 +135,21 @@ fn unit_cube_spans_equal_their_twins() {
         }
     }
     assert!(hits > 500 && misses > 500, "{hits} hits, {misses} misses");
+}
+
+#[test]
+fn slabs_equal_their_twin() {
+    static SLAB: Shader = shader!("test/probes/slab");
+    let Some(gpu) = gpu() else { return };
+    let mut input: Vec<_> =
+        (0..6400).map(|i| Vec4::new(spread(i, 0), spread(i, 1), 1.0, (spread(i, 2) * 40.0 - 30.0).exp2())).collect();
+    input[0].w = 0.0;
+    for (x, found) in input.iter().zip(probe(&gpu, &SLAB, &input)) {
+        let expected = x.as_dvec4() * slab::mean_transmittance(x.w.into());
+        for c in 0..4 {
+            assert_close(found[c].into(), expected[c], tolerance::PROBE, x);
+        }
+    }
 }
 
 #[test]

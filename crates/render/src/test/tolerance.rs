@@ -13,6 +13,12 @@ pub const EXACT: f64 = 2e-5;
 pub const SMOOTH: f64 = 5e-4;
 /// Single scattering in a homogeneous box at the default step of 1/64 of the box: second order, (σ_t/64)²/24 with σ_t = 6.
 pub const SINGLE_SCATTERING: f64 = 4e-4;
+/// Single scattering from cell to cell at the default `depth_step` h = 0.1: second order, h²/8 where camera and light look
+/// the same way.
+pub const CELLS_SCATTERING: f64 = 1.5e-3;
+/// A transfer function's tent from cell to cell at the default `value_step`: second order but for its tip, and 64 pieces a
+/// cell at most.
+pub const CELLS_TRANSFER: f64 = 1e-3;
 /// Trilinear interpolation in hardware may have 8 fractional bits; a constant grid is exact but for half floats.
 pub const CONSTANT_GRID: f64 = 5e-5;
 /// Relative RMSE of the plume at default settings, against the reference: what the issue asks for.
@@ -23,3 +29,22 @@ pub const PLUME_HIGH: f64 = 0.005;
 pub const ROUNDS: f64 = 1e-6;
 /// Mean FLIP of a golden: below this no one sees a difference, and another compiler's rounding stays below it.
 pub const GOLDEN_FLIP: f64 = 0.002;
+/// Slices against steps of one voxel: both sample in the middle of segments, at other places. A hundredth is below what is seen.
+pub const SLICES: f64 = 0.01;
+/// Some hundred layers blended back to front against front to back: single-precision sums in another order.
+pub const BLENDING: f64 = 1e-5;
+/// Some hundred layers blended in half floats: each blend rounds to 11 bits.
+pub const HALF_FLOAT_LAYERS: f64 = 0.05;
+/// A footprint summed over pixels a fortieth of its width: the edge at the cutoff is met by some pixels and missed by others.
+pub const FOOTPRINT: f64 = 0.01;
+/// A box of Gaussians 0.6 voxels wide: their sum ripples by 2e^{−2π²·0.36} = 0.2 % along an axis, and by 1 % as they end at 3
+/// standard deviations; times σL = 2.
+pub const SPLATTED_BOX: f64 = 0.03;
+/// Splats of the blob against the marcher: smooth data, the kernel's blur is nearly all.
+pub const SPLATTED_BLOB: f64 = 0.005;
+/// As [`SPLATTED_BLOB`], for the plume, whose edges are a voxel wide.
+pub const SPLATTED_PLUME: f64 = 0.05;
+/// As [`SPLATTED_BLOB`], for the fire: splats have their voxel's colour, the marcher has that of values between voxels.
+pub const SPLATTED_FIRE: f64 = 0.2;
+/// Projections at the default step of half a voxel against a 50th: a peak may lie between two samples.
+pub const PROJECTION: f64 = 0.02;

@@ -89,16 +89,16 @@ impl Scene {
                 phase.check(&format!("media.{name}.optics.coefficients.phase"))?;
             }
             if let Optics::Transfer(transfer) = &medium.optics {
-                let path = format!("media.{name}.optics.transfer.stops");
-                if transfer.stops.is_empty() {
-                    return invalid(&path, "none".into(), "at least one stop");
-                }
-                for (i, pair) in transfer.stops.windows(2).enumerate() {
-                    if pair[0].value >= pair[1].value {
-                        let found = format!("{} after {}", pair[1].value, pair[0].value);
-                        return invalid(&format!("{path}.{}.value", i + 1), found, "values in ascending order");
+                transfer.check(&format!("media.{name}.optics.transfer"))?;
+                for (field, set) in [("temperature", medium.temperature.is_some()), ("color", medium.color.is_some())] {
+                    if set {
+                        let found = format!("`{field}` with `optics.transfer`");
+                        return invalid(&format!("media.{name}.{field}"), found, "it with `optics.coefficients`");
                     }
                 }
+            }
+            if let Some(clip) = &medium.clip {
+                clip.check(&format!("media.{name}.clip"))?;
             }
         }
         Ok(())
@@ -126,7 +126,7 @@ fn check_grid(medium: &str, file: &str, name: Option<&str>, raw: Option<&Raw>) -
     Ok(())
 }
 
-fn empty_box(path: &str, min: glam::Vec3, max: glam::Vec3) -> Result<(), FieldError> {
+pub(super) fn empty_box(path: &str, min: glam::Vec3, max: glam::Vec3) -> Result<(), FieldError> {
     let found = format!("{:?} with min = {:?}", max.to_array(), min.to_array());
     invalid(path, found, "a corner above `min` on every axis")
 }

@@ -6,6 +6,7 @@ use super::phase::Phase;
 use super::quantity::{
     ByteCount, Finite, Fraction, Lacunarity, NonNegative, Octaves, Positive, Rgb, Scale, Seed, Vector, VoxelCounts,
 };
+use super::{Clip, ColorGrids, TemperatureGrid, Transfer};
 use crate::volume::Stored;
 
 /// A participating medium: a density in space, and what a unit of it does to light.
@@ -19,6 +20,15 @@ pub struct Medium {
     /// Moves the density's own space into the world.
     #[serde(default)]
     pub transform: Transform,
+    /// What is cut away of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clip: Option<Clip>,
+    /// How hot it is, so that it glows; with `optics.coefficients`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub temperature: Option<TemperatureGrid>,
+    /// The colour of what it scatters; with `optics.coefficients`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub color: Option<ColorGrids>,
 }
 
 /// A scalar field within a box; outside the box it is 0. Negative values count as 0 density.
@@ -204,12 +214,11 @@ impl Optics {
                 Coefficients { sigma_s: sigma_s * density, sigma_a: sigma_a * density, emission: emission * density }
             }
             Optics::Transfer(transfer) => {
-                let Stop { opacity, color, .. } = transfer.stop(value);
-                let sigma_a = -(-opacity.min(Stop::MAX_OPACITY)).ln_1p() / transfer.unit_length;
+                let sigma_a = transfer.sigma_a(value);
                 Coefficients {
                     sigma_s: Vec3::ZERO,
                     sigma_a: Vec3::splat(sigma_a),
-                    emission: color * (transfer.radiance * sigma_a),
+                    emission: transfer.color(value) * (transfer.radiance * sigma_a),
                 }
             }
         }
@@ -221,37 +230,6 @@ impl Optics {
             Optics::Coefficients { phase, .. } => phase.clone(),
             Optics::Transfer(_) => Phase::Isotropic,
         }
-    }
-}
-
-/// Piecewise-linear colour and opacity over the data's value, as in the emission–absorption model of scientific
-/// visualisation: σ_a(v) = −ln(1 − opacity(v))/unit_length, emission = color(v)·radiance·σ_a, no scattering.
-/// Values before the first and after the last stop take that stop's.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Transfer {
-    /// The length over which `opacity` is what the function says [m].
-    #[serde(with = "Positive")]
-    pub unit_length: f32,
-    /// Radiance of an opaque body of colour 1 [W·sr⁻¹·m⁻²].
-    #[serde(with = "Positive", default = "one")]
-    pub radiance: f32,
-    /// Stops in order of value, at least one.
-    #[schemars(length(min = 1))]
-    pub stops: Vec<Stop>,
-}
-
-impl Transfer {
-    /// The function's colour and opacity at `value`.
-    pub fn stop(&self, value: f32) -> Stop {
-        let after = self.stops.partition_point(|stop| stop.value <= value);
-        let (Some(a), Some(b)) = (self.stops.get(after.wrapping_sub(1)), self.stops.get(after)) else {
-            let end = if after == 0 { self.stops.first() } else { self.stops.last() };
-            return end.copied().unwrap_or(Stop { value, opacity: 0.0, color: Vec3::ZERO });
-        };
-        // In double precision, where the distance of any two values is finite.
-        let t = ((f64::from(value) - f64::from(a.value)) / (f64::from(b.value) - f64::from(a.value))) as f32;
-        Stop { value, opacity: a.opacity + t * (b.opacity - a.opacity), color: a.color.lerp(b.color, t) }
     }
 }
 
@@ -269,26 +247,6 @@ fn half() -> f32 {
 
 fn two() -> f32 {
     2.0
-}
-
-/// One stop of a transfer function.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Stop {
-    /// The data's value.
-    #[serde(with = "Finite")]
-    pub value: f32,
-    /// Opacity over `unit_length`, 0 to 1; 1 would be an infinite extinction and counts as [`Stop::MAX_OPACITY`].
-    #[serde(with = "Fraction")]
-    pub opacity: f32,
-    /// Colour, linear Rec. 709.
-    #[serde(with = "Rgb")]
-    pub color: Vec3,
-}
-
-impl Stop {
-    /// The highest opacity that still has a finite extinction.
-    pub const MAX_OPACITY: f32 = 0.9999;
 }
 
 /// Scale, then rotate, then translate.

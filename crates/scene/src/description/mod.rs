@@ -6,10 +6,14 @@
 
 mod camera;
 mod check;
+mod clip;
+mod color_map;
+mod grids;
 mod light;
 mod medium;
 mod phase;
 pub mod quantity;
+mod transfer;
 
 use std::collections::BTreeMap;
 
@@ -17,9 +21,13 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use camera::{Camera, Film};
+pub use clip::{Bounds, Clip, Cut, Plane};
+pub use color_map::ColorMap;
+pub use grids::{ColorGrids, TemperatureGrid};
 pub use light::Light;
-pub use medium::{Coefficients, Density, Medium, Optics, Raw, Stop, Transfer, Transform};
+pub use medium::{Coefficients, Density, Medium, Optics, Raw, Transform};
 pub use phase::{Angle, Mie, Phase, Relative};
+pub use transfer::{GradientStop, Isosurface, Shading, Stop, Transfer, Window};
 
 use crate::parameter::Value;
 

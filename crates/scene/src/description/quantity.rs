@@ -226,6 +226,30 @@ triple!(
     { "exclusiveMinimum": 0 }
 );
 
+/// [`Rgb`] that may be left out (`default`, `skip_serializing_if = "Option::is_none"`).
+pub struct OptionalRgb;
+
+impl OptionalRgb {
+    /// Reads the spectrum, or says what is accepted.
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Vec3>, D::Error> {
+        Rgb::deserialize(deserializer).map(Some)
+    }
+
+    /// Writes the spectrum as `[r, g, b]`.
+    pub fn serialize<S: Serializer>(value: &Option<Vec3>, serializer: S) -> Result<S::Ok, S::Error> {
+        value.serialize(serializer)
+    }
+}
+
+impl JsonSchema for OptionalRgb {
+    fn schema_name() -> Cow<'static, str> {
+        Rgb::schema_name()
+    }
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        Rgb::json_schema(generator)
+    }
+}
+
 /// A component of a vector.
 #[derive(Clone, Copy)]
 struct Component(f32);

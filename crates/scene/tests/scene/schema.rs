@@ -111,6 +111,18 @@ fn what_the_parser_refuses_is_invalid() {
         (&brain, "/media/brain/optics/transfer/stops", json!([])),
         (&brain, "/media/brain/optics/transfer/stops/0/opacity", json!(1.5)),
         (&brain, "/media/brain/optics/transfer/unit_length", json!(0)),
+        (&brain, "/media/brain/optics/transfer/map", json!("jet")),
+        (&brain, "/media/brain/optics/transfer/opacity", json!(2)),
+        (&brain, "/media/brain/optics/transfer/window", json!({ "level": 1 })),
+        (&brain, "/media/brain/optics/transfer/shading", json!({ "shininess": 0 })),
+        (&brain, "/media/brain/optics/transfer/gradient_opacity", json!([{ "gradient": -1, "factor": 1 }])),
+        (&brain, "/media/brain/optics/transfer/isosurfaces", json!([{ "value": 1, "color": -1 }])),
+        (&brain, "/media/brain/optics/transfer/stops/0/color", json!(-1)),
+        (&brain, "/media/brain/clip", json!({ "planes": [{ "point": [0, 0, 0], "normal": [0, 0] }] })),
+        (&fog, "/media/fog/temperature", json!({ "name": "heat" })),
+        (&fog, "/media/fog/temperature", json!({ "file": "a.vdb", "kelvin": 0 })),
+        (&fog, "/media/fog/color", json!({ "file": "a.vdb", "names": ["r", "g"] })),
+        (&brain, "/media/brain/clip", json!({ "box": { "min": [0, 0, 0] } })),
     ];
     for (scene, pointer, value) in cases {
         let bad = with(scene.clone(), pointer, value.clone());

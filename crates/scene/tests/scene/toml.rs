@@ -383,7 +383,7 @@ fn optics() {
             ),
             (
                 "optics.coefficients = {}\nphase = \"isotropic\"",
-                "7:1: media.a.phase: found unknown field `phase`; accepted: one of `density`, `optics`, `transform`",
+                "7:1: media.a.phase: found unknown field `phase`; accepted: one of `density`, `optics`, `transform`, `clip`, `temperature`, `color`",
             ),
         ],
     );
@@ -493,9 +493,12 @@ fn transfer_functions() {
         &[
             (
                 "",
-                "6:1: media.a.optics.transfer: found no `stops`; accepted: a table with `stops`, which has no default",
+                "6:1: media.a.optics.transfer.stops: found none; accepted: at least one stop, a `window`, or `isosurfaces`",
             ),
-            ("stops = []", "8:9: media.a.optics.transfer.stops: found none; accepted: at least one stop"),
+            (
+                "stops = []",
+                "8:9: media.a.optics.transfer.stops: found none; accepted: at least one stop, a `window`, or `isosurfaces`",
+            ),
             ("stops = 3", "8:9: media.a.optics.transfer.stops: found 3; accepted: a list [...]"),
             (
                 "stops = [3]",
@@ -511,7 +514,7 @@ fn transfer_functions() {
             ),
             (
                 "stops = [{ value = 1, opacity = 1 }]",
-                "8:10: media.a.optics.transfer.stops.0: found no `color`; accepted: a table with `color`, which has no default",
+                "8:10: media.a.optics.transfer.stops.0: found no `color`; accepted: a table with `color`, or a `map` for all stops",
             ),
             (
                 "stops = [{ value = 1, opacity = 1, color = 1, colour = 1 }]",

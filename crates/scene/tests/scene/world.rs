@@ -13,6 +13,7 @@ use crate::corrupt::check_finite;
 use crate::{BOX, CAMERA, SCENES};
 
 const SMOKE: &[u8] = include_bytes!("../../../../scenes/smoke.vdb");
+const KNOT: &[u8] = include_bytes!("../../../../scenes/tetrahedra.vtu");
 const SKY: &[u8] = include_bytes!("../../../../scenes/sky.exr");
 const ENOUGH: Budget = Budget(1 << 30);
 
@@ -22,7 +23,7 @@ fn scene(index: usize) -> Scene {
 }
 
 fn load(scene: Scene) -> Result<World, LoadError> {
-    World::load(scene, &Embedded(vec![("smoke.vdb", SMOKE), ("sky.exr", SKY)]), ENOUGH)
+    World::load(scene, &Embedded(vec![("smoke.vdb", SMOKE), ("tetrahedra.vtu", KNOT), ("sky.exr", SKY)]), ENOUGH)
 }
 
 fn hash(scene: &Scene, assets: &[(&str, &[u8])]) -> String {
@@ -136,7 +137,7 @@ fn media_share_a_grid_and_the_budget() {
 /// A map's bytes count in the hash, its texels against what the voxels leave of the budget; it is turned and scaled.
 #[test]
 fn environment_maps() {
-    let mut sky = scene(5);
+    let mut sky = scene(6);
     sky.set("lights.sky.environment.scale", "1").unwrap();
     let smoke = ("smoke.vdb", SMOKE);
     let first = World::load(sky.clone(), &Embedded(vec![smoke, ("sky.exr", SKY)]), ENOUGH).unwrap();
@@ -376,4 +377,26 @@ fn every_shipped_scene_but_the_brain_loads() {
             Err(error) => assert!(*name == "brain.toml" && matches!(error, LoadError::Asset { .. }), "{name}: {error}"),
         }
     }
+}
+
+/// A mesh comes from its file, counts for the hash, is shared by media that name it, and says what it has none of.
+#[test]
+fn meshes() {
+    let knot = scene(4);
+    let assets = [("tetrahedra.vtu", KNOT)];
+    let world = World::load(knot.clone(), &Embedded(assets.to_vec()), ENOUGH).unwrap();
+    let Field::Mesh(mesh) = &world.volumes[0].field else { panic!() };
+    assert_eq!(mesh.count(), 18917);
+    let inside = world.volumes[0].unit_from_world.transform_point3(Vec3::new(0.0, -1.0 / 3.0, 0.0));
+    assert!(world.volumes[0].field.within(inside).is_some_and(|value| value > 0.3));
+    assert_eq!(world.volumes[0].field.within(Vec3::splat(0.01)), None);
+    let longer = [KNOT, b"\n"].concat();
+    assert_ne!(hash(&knot, &[("tetrahedra.vtu", &longer)]), world.hash);
+
+    let mut other = knot.clone();
+    other.set("media.knot.density.mesh.name", "\"heat\"").unwrap();
+    let error = World::load(other, &Embedded(assets.to_vec()), ENOUGH).unwrap_err().to_string();
+    let path = "media.knot.density.mesh.name: \"tetrahedra.vtu\": ";
+    let expected = "found no array named \"heat\" on points or cells; accepted: the array \"density\"";
+    assert_eq!(error, path.to_owned() + expected);
 }

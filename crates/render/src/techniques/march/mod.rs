@@ -20,7 +20,7 @@ use glam::Vec3;
 use tyndall_scene::parameter::{Kind, Parameter};
 use tyndall_scene::volume::BRICK_CELLS;
 
-use super::{Recording, Technique};
+use super::{Recording, Technique, without_meshes};
 use crate::graph::{Shader, shader};
 use crate::resident::{Light, Resident};
 use crate::{Gpu, RenderError};
@@ -178,7 +178,8 @@ struct Lights {
     lights: Vec<Light>,
 }
 
-async fn record(Recording { graph, resident, settings, film }: Recording<'_, '_>) -> Result<(), RenderError> {
+async fn record(Recording { graph, resident, settings, film, world }: Recording<'_, '_>) -> Result<(), RenderError> {
+    without_meshes(world, TECHNIQUE.name)?;
     let gpu = graph.gpu();
     let model = settings.choice("model");
     let scattering = model == "single_scattering";
@@ -234,8 +235,6 @@ async fn record(Recording { graph, resident, settings, film }: Recording<'_, '_>
         .constant("EMISSION", model != "absorption")
         .constant("SCATTERING", scattering)
         .constant("PREINTEGRATED", settings.choice("preintegration") == "on")
-        .constant("SURFACES", traits.surfaces)
-        .constant("SHADED", traits.shaded)
         .constant("ROUNDS", rounds > 1)
         .constant("MEAN", mean)
         .constant("JITTER", jitter)

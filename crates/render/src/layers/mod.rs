@@ -1,0 +1,90 @@
+//! Emission and absorption by blending: layers of radiance and opacity, laid one over the other, before the environment.
+//!
+//! A layer has the premultiplied colour (L, α). Fixed-function blending lays it over what is behind it, or under what is
+//! before it [PorterDuff84]; both give L_front + (1 − α_front)·L_back. There is one α for all three channels.
+
+use glam::Vec3;
+use tyndall_scene::description::Optics;
+use tyndall_scene::{FieldError, World};
+use wgpu::{BlendComponent, BlendFactor, BlendOperation, BlendState};
+
+use crate::graph::{Graph, Shader, shader};
+use crate::resident::Resident;
+use crate::{Gpu, RenderError};
+
+/// Lays a layer over those drawn before it: for layers that come back to front.
+pub const OVER: BlendState = BlendState::PREMULTIPLIED_ALPHA_BLENDING;
+
+/// Lays a layer under those drawn before it: for layers that come front to back.
+pub const UNDER: BlendState = {
+    let component = BlendComponent {
+        src_factor: BlendFactor::OneMinusDstAlpha,
+        dst_factor: BlendFactor::One,
+        operation: BlendOperation::Add,
+    };
+    BlendState { color: component, alpha: component }
+};
+
+static LAYERS: Shader = shader!("layers/layers");
+
+/// A texture that layers are blended into: of 32-bit floats, or of 16-bit ones where the device blends no others.
+pub async fn texture(gpu: &Gpu, [width, height]: [u32; 2]) -> Result<wgpu::Texture, RenderError> {
+    let wide = gpu.device.features().contains(wgpu::Features::FLOAT32_BLENDABLE);
+    if !wide {
+        tracing::warn!("this device does not blend 32-bit floats: layers are blended in 16 bits");
+    }
+    gpu.texture(&wgpu::TextureDescriptor {
+        label: Some("layers"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: if wide { wgpu::TextureFormat::Rgba32Float } else { wgpu::TextureFormat::Rgba16Float },
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    })
+    .await
+}
+
+/// Records the pass that fills the film: the layers before the environment.
+///
+/// # Errors
+/// Whatever the device refuses.
+pub async fn before_environment(
+    graph: &mut Graph<'_>,
+    resident: &Resident,
+    layers: &wgpu::Texture,
+    film: &wgpu::Texture,
+) -> Result<(), RenderError> {
+    let tile = graph.tile();
+    graph
+        .compute("layers", &LAYERS)
+        .read("view", &resident.view)
+        .read("tile", &tile)
+        .read("layers", layers)
+        .write("film", film)
+        .over_film(1)
+        .await
+}
+
+/// Holds a world against what layers can show.
+///
+/// # Errors
+/// A medium whose extinction is coloured: a layer has one opacity.
+pub fn check(world: &World) -> Result<(), RenderError> {
+    for volume in &world.volumes {
+        let Optics::Coefficients { sigma_s, sigma_a, .. } = &volume.optics else { continue };
+        if *sigma_s != Vec3::ZERO {
+            tracing::warn!("media.{}: what it scatters is left out here; technique march has it", volume.name);
+        }
+        let sigma_t = *sigma_s + *sigma_a;
+        if sigma_t.max_element() - sigma_t.min_element() > 1e-5 * sigma_t.max_element() {
+            return Err(RenderError::Setting(FieldError {
+                path: format!("media.{}.optics.coefficients", volume.name),
+                found: format!("an extinction sigma_s + sigma_a that differs among channels, {sigma_t}"),
+                accepted: "one extinction for all channels (layers have one opacity; technique march has three)".into(),
+            }));
+        }
+    }
+    Ok(())
+}
