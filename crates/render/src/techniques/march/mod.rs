@@ -15,6 +15,8 @@
 mod blue_noise;
 mod environment;
 #[cfg(test)]
+mod looks;
+#[cfg(test)]
 mod test;
 
 use glam::Vec3;
