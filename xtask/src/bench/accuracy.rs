@@ -155,7 +155,7 @@ fn compare(
 }
 
 /// A file of the data that the project does not ship, where it is there.
-fn data(file: &str) -> Option<PathBuf> {
+pub(super) fn data(file: &str) -> Option<PathBuf> {
     let folder = std::env::var_os("TYNDALL_DATA").map_or_else(|| process::root().join("../shared/data"), PathBuf::from);
     folder.join(file).canonicalize().ok()
 }

@@ -79,7 +79,7 @@ impl Arguments {
     pub fn run(&self) -> Result<()> {
         let tyndall = process::build_tyndall()?;
         let scenes = process::build(&["--example", "mitsuba"], "examples/mitsuba")?;
-        let python = environment()?;
+        let python = environment(&[])?;
         let head = [
             "scene",
             "samples ours, Mitsuba's",
@@ -170,8 +170,8 @@ fn page(version: &str, variant: &str, rows: &[Vec<String>]) -> String {
     )
 }
 
-/// A Python with Mitsuba.
-fn environment() -> Result<PathBuf> {
+/// A Python with Mitsuba, and with more packages.
+pub(super) fn environment(more: &[&str]) -> Result<PathBuf> {
     let folder = process::scratch("mitsuba")?.join("venv");
     let python = folder.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
     if !python.is_file() {
@@ -180,7 +180,8 @@ fn environment() -> Result<PathBuf> {
             .context("python3 with its module venv is needed (Debian: python3-venv)")?;
     }
     let mut install = Command::new(&python);
-    process::run(install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]).args(PACKAGES))?;
+    install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]).args(PACKAGES).args(more);
+    process::run(&mut install)?;
     Ok(python)
 }
 
