@@ -30,6 +30,10 @@ def emitter(light):
         return {"type": "point", "position": of["position"], "intensity": rgb(of["intensity"])}
     if kind == "constant":
         return {"type": "constant", "radiance": rgb(of["radiance"])}
+    if kind == "environment":
+        # Mitsuba's first column is where ours is the middle, at -z; both turn about +y.
+        turn = mi.ScalarTransform4f().rotate([0, 1, 0], of["rotate"] + 180)
+        return {"type": "envmap", "filename": of["file"], "to_world": turn}
     raise SystemExit(f"Mitsuba has no light like {kind}")
 
 

@@ -13,6 +13,7 @@
 //! | `medium` | coefficients at a point |
 //! | [`phase`] | which way scattered light goes |
 //! | `light` | what lamps send to a point |
+//! | [`sky`] | the environment map, by importance |
 //! | `near` | point lights within media |
 //! | `camera`, `film`, `render` | pixels, their mean and variance, passes |
 //! | [`simple`] | the same truth on one page, slow |
@@ -29,6 +30,7 @@ pub mod phase;
 mod random;
 mod render;
 pub mod simple;
+pub mod sky;
 mod tracking;
 
 pub use path::Tracer;

@@ -1,7 +1,10 @@
 //! Lights: what arrives at a point of a medium, before the medium on the way takes its share.
 
 use glam::DVec3;
-use tyndall_scene::description::{Light, Scene};
+use tyndall_scene::World;
+use tyndall_scene::description::Light;
+
+use crate::sky::Sky;
 
 /// The lights of a scene, in the form paths ask for.
 pub(crate) struct Lights {
@@ -9,6 +12,8 @@ pub(crate) struct Lights {
     pub lamps: Vec<Lamp>,
     /// The radiance from every direction in which a path escapes [W·sr⁻¹·m⁻²].
     pub environment: DVec3,
+    /// What comes on top, by direction.
+    pub sky: Option<Sky>,
 }
 
 /// A directional light, or one from a point.
@@ -35,9 +40,10 @@ pub(crate) struct Arrival {
 }
 
 impl Lights {
-    pub fn new(scene: &Scene) -> Self {
-        let mut lights = Self { lamps: Vec::new(), environment: DVec3::ZERO };
-        for light in scene.lights.values() {
+    pub fn new(world: &World) -> Self {
+        let sky = world.environment.clone().map(Sky::new);
+        let mut lights = Self { lamps: Vec::new(), environment: DVec3::ZERO, sky };
+        for light in world.scene.lights.values() {
             match light {
                 Light::Directional { direction, irradiance } => lights
                     .lamps
@@ -60,9 +66,16 @@ impl Lights {
                     });
                 }
                 Light::Constant { radiance } => lights.environment += radiance.as_dvec3(),
+                // The world has it, loaded.
+                Light::Environment { .. } => {}
             }
         }
         lights
+    }
+
+    /// The radiance from a direction in which a path escapes [W·sr⁻¹·m⁻²].
+    pub fn behind(&self, direction: DVec3) -> DVec3 {
+        self.environment + self.sky.as_ref().map_or(DVec3::ZERO, |sky| sky.radiance(direction))
     }
 }
 

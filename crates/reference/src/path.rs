@@ -29,7 +29,7 @@ impl Tracer {
         let media = world.volumes.iter().map(Medium::new).collect::<Result<Vec<_>, _>>()?;
         let scatters = media.iter().any(Medium::scatters);
         let glows = media.iter().any(Medium::glows);
-        let lights = Lights::new(&world.scene);
+        let lights = Lights::new(world);
         let balls = lights.lamps.iter().map(|lamp| Ball::new(lamp, &media)).collect();
         Ok(Self { media: Media { media, scatters, glows }, lights, balls })
     }
@@ -38,14 +38,17 @@ impl Tracer {
     /// radiance of light scattered at most `depth` times (`None`: any number of times).
     ///
     /// Depth 0 is emission, absorption and what is behind; 1 is single scattering. Light of lamps is sought at every
-    /// scattering, that of the constant environment is found where a path escapes.
+    /// scattering, that of the constant environment is found where a path escapes, and that of the environment map both ways,
+    /// weighted by the balance heuristic [Veach95].
     pub fn radiance(&self, origin: DVec3, direction: DVec3, depth: Option<u32>, rng: &mut Random) -> DVec3 {
         let (mut origin, mut direction) = (origin, direction);
         let mut flight = Flight::new();
         let mut shadow = March::default();
+        // The density with which the last scattering chose the direction [sr⁻¹]; the camera has no choice.
+        let mut density = None;
         for scatterings in 0u32.. {
             if !self.media.scatters || depth.is_some_and(|depth| scatterings >= depth) {
-                self.last(origin, direction, &mut flight, &mut shadow, rng);
+                self.last(origin, direction, density, &mut flight, &mut shadow, rng);
                 break;
             }
             for (lamp, &ball) in self.lights.lamps.iter().zip(&self.balls) {
@@ -55,7 +58,7 @@ impl Tracer {
             let distance = match self.media.fly(origin, direction, true, &mut flight, rng) {
                 End::Scattered(distance) => distance,
                 End::Escaped => {
-                    flight.radiance += flight.weight * self.lights.environment;
+                    flight.radiance += flight.weight * self.behind(direction, density);
                     break;
                 }
                 End::Lost => break,
@@ -66,10 +69,13 @@ impl Tracer {
                 let light = self.scattered(&arrival, origin, direction, &flight.scatterers, &mut shadow, rng);
                 flight.radiance += flight.weight * light * (1.0 - ball.share(arrival.distance));
             }
+            flight.radiance += flight.weight * self.sky(origin, direction, &flight, &mut shadow, rng);
             let (next, channel) = self.choose(&flight, rng);
             let sampled = self.media.media[next].phase.sample(channel, direction, rng);
-            flight.weight *= self.mixture(&flight, direction.dot(sampled));
-            direction = sampled;
+            let cos_theta = direction.dot(sampled);
+            let chance = self.chance(&flight, cos_theta);
+            flight.weight *= self.mixture(&flight, cos_theta, chance);
+            (direction, density) = (sampled, Some(chance));
             if !flight.survives(rng) {
                 break;
             }
@@ -83,14 +89,42 @@ impl Tracer {
     }
 
     /// The last flight of a path, which scatters no more: what glows on the way, and the environment behind it all.
-    fn last(&self, origin: DVec3, direction: DVec3, flight: &mut Flight, march: &mut March, rng: &mut Random) {
-        if self.lights.environment != DVec3::ZERO {
+    fn last(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        density: Option<f64>,
+        flight: &mut Flight,
+        march: &mut March,
+        rng: &mut Random,
+    ) {
+        let behind = self.behind(direction, density);
+        if behind != DVec3::ZERO {
             let share = self.media.transmittance(origin, direction, f64::INFINITY, march, rng);
-            flight.radiance += flight.weight * share * self.lights.environment;
+            flight.radiance += flight.weight * share * behind;
         }
         if self.media.glows {
             self.media.fly(origin, direction, false, flight, rng);
         }
+    }
+
+    /// What a path finds where it escapes, having chosen its direction with this density [sr⁻¹]: the share of the map that
+    /// the search for it leaves to paths, and the constant environment [W·sr⁻¹·m⁻²].
+    fn behind(&self, direction: DVec3, density: Option<f64>) -> DVec3 {
+        let Some(sky) = &self.lights.sky else { return self.lights.environment };
+        let share = density.map_or(1.0, |density| density / (density + sky.pdf(direction)));
+        self.lights.environment + sky.radiance(direction) * share
+    }
+
+    /// The environment map's light that is scattered at `point` against `direction`: of one direction sought in the map, the
+    /// share that escaping paths leave to it, per unit of weight [W·sr⁻¹·m⁻³].
+    fn sky(&self, point: DVec3, direction: DVec3, flight: &Flight, march: &mut March, rng: &mut Random) -> DVec3 {
+        let Some(sky) = &self.lights.sky else { return DVec3::ZERO };
+        let Some((towards, density)) = sky.sample(rng) else { return DVec3::ZERO };
+        // [Veach95]: p/(p + q) of the estimate, which is divided by p.
+        let share = 1.0 / (density + self.chance(flight, direction.dot(towards)));
+        let arrival = Arrival { travel: -towards, distance: f64::INFINITY, irradiance: sky.radiance(towards) * share };
+        self.scattered(&arrival, point, direction, &flight.scatterers, march, rng)
     }
 
     /// Light that arrives at `point` and is scattered against `direction` (that of the path), per unit of weight
@@ -135,19 +169,27 @@ impl Tracer {
         &self.media.media[scatterer.medium].phase
     }
 
-    /// Σ σ_s·p over the media, divided by the density with which [`Tracer::choose`] and sampling give that angle [m⁻¹].
-    fn mixture(&self, flight: &Flight, cos_theta: f64) -> DVec3 {
+    /// Σ σ_s·p over the media, divided by the density with which [`Tracer::choose`] and sampling give that angle, its
+    /// [`chance`](Tracer::chance) [m⁻¹].
+    fn mixture(&self, flight: &Flight, cos_theta: f64, chance: f64) -> DVec3 {
         if let Some(only) = self.alone(flight) {
             return only.sigma_s;
         }
-        let (mut scattering, mut density, mut total) = (DVec3::ZERO, 0.0, 0.0);
+        let scattered = |part: &Scatterer| part.sigma_s * self.phase(part).pdf(cos_theta);
+        flight.scatterers.iter().map(scattered).sum::<DVec3>() / chance
+    }
+
+    /// The density with which [`Tracer::choose`] and sampling give a direction at that angle [sr⁻¹].
+    fn chance(&self, flight: &Flight, cos_theta: f64) -> f64 {
+        if let Some(only) = self.alone(flight) {
+            return self.phase(only).pdf(cos_theta).x;
+        }
+        let (mut density, mut total) = (0.0, 0.0);
         for part in &flight.scatterers {
-            let pdf = self.phase(part).pdf(cos_theta);
-            scattering += part.sigma_s * pdf;
-            density += flight.weight.dot(part.sigma_s * pdf);
+            density += flight.weight.dot(part.sigma_s * self.phase(part).pdf(cos_theta));
             total += flight.weight.dot(part.sigma_s);
         }
-        scattering * (total / density)
+        density / total
     }
 
     /// The medium that scatters, where it is the only one and scatters all channels alike: the usual case.

@@ -35,7 +35,7 @@ impl<'a> Simple<'a> {
         // The second term is for media that glow but do not absorb: they too must collide.
         let majorant = world.volumes.iter().map(highest).sum::<f64>() + 1.0 / radius;
         let phases = world.volumes.iter().map(|volume| Phase::new(&volume.phase)).collect();
-        Self { world, phases, lights: Lights::new(&world.scene), majorant, center, radius }
+        Self { world, phases, lights: Lights::new(world), majorant, center, radius }
     }
 
     /// An estimate of the radiance [W·sr⁻¹·m⁻²] that arrives at `origin` (metres) from the unit `direction`, of light scattered
@@ -45,7 +45,7 @@ impl<'a> Simple<'a> {
         let (mut origin, mut direction, mut scatterings, mut radiance) = (origin, direction, 0, 0.0);
         loop {
             let Some(point) = self.collision(origin, direction, f64::INFINITY, rng) else {
-                radiance += self.lights.environment[channel];
+                radiance += self.lights.behind(direction)[channel];
                 break;
             };
             let here = self.coefficients(point);

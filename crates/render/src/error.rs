@@ -55,15 +55,6 @@ pub enum RenderError {
         /// What would fit.
         advice: String,
     },
-    /// A phase function that no shader has yet.
-    #[error(
-        "media.{medium}.optics.coefficients.phase: found a table (`tabulated` or `mie`); accepted by this renderer: \
-         `isotropic`, `rayleigh`, `hg`, `cornette_shanks`, `draine`, `droplets`. The reference accepts all"
-    )]
-    PhaseTable {
-        /// The medium's name.
-        medium: String,
-    },
     /// A pass and its shader do not match.
     #[error(transparent)]
     Binding(#[from] BindingError),

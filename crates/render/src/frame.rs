@@ -47,7 +47,7 @@ impl<'a> Frame<'a> {
     /// Moves the camera; the next rendering shows it.
     pub fn set_camera(&mut self, camera: &Camera) {
         self.frames = 0;
-        let view = View::new(camera, self.resident.film, self.resident.environment);
+        let view = View::new(camera, self.resident.film, self.resident.environment, self.resident.sky_rotation());
         let mut bytes = encase::StorageBuffer::new([0u8; View::SHADER_SIZE.get() as usize]);
         bytes.write(&view).expect("the array has the view's size");
         self.graph.gpu().queue.write_buffer(&self.resident.view, 0, &bytes.into_inner());

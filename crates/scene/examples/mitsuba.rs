@@ -1,7 +1,7 @@
 //! Takes a scene to Mitsuba 3, and its pictures back. `cargo xtask bench mitsuba` calls it.
 //!
 //! ```text
-//! mitsuba export SCENE FOLDER [WxH]         writes FOLDER/scene.json and its voxels, which render.py reads
+//! mitsuba export SCENE FOLDER PATH=VALUE... writes FOLDER/scene.json, its voxels and its sky, which render.py reads
 //! mitsuba import FOLDER OUT.exr ROUND...    puts render.py's ROUND.json, .mean.f32 and .variance.f32 together
 //! ```
 
@@ -12,40 +12,46 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use tyndall_scene::assets::Directory;
-use tyndall_scene::description::Optics;
+use tyndall_scene::description::{Light, Optics};
 use tyndall_scene::image::{Image, Statistics};
 use tyndall_scene::volume::{Budget, Grid};
-use tyndall_scene::{Document, Field, World};
+use tyndall_scene::{Document, EnvironmentMap, Field, World};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
 fn main() -> Result<()> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["export", scene, folder] => export(scene.as_ref(), folder.as_ref(), None),
-        ["export", scene, folder, size] => export(scene.as_ref(), folder.as_ref(), size.split_once('x')),
+        ["export", scene, folder, ref settings @ ..] => export(scene.as_ref(), folder.as_ref(), settings),
         ["import", folder, output, ref rounds @ ..] if !rounds.is_empty() => {
             import(folder.as_ref(), output.as_ref(), rounds)
         }
-        _ => Err("accepted: export SCENE FOLDER [WxH], import FOLDER OUT.exr ROUND...".into()),
+        _ => Err("accepted: export SCENE FOLDER PATH=VALUE..., import FOLDER OUT.exr ROUND...".into()),
     }
 }
 
-/// Loads a scene and writes it, with its voxels, to a folder.
+/// Loads a scene, some of its fields set anew, and writes it with its voxels to a folder.
 ///
 /// Mitsuba has no emissive media. By Kirchhoff's law one with emission B·σ_a is in equilibrium with an environment of
 /// radiance B, and looks B everywhere; so its emission alone gives B less what the same medium, not glowing, shows in
 /// that environment. The latter is what is written, with B as `equilibrium`.
-fn export(scene: &Path, folder: &Path, size: Option<(&str, &str)>) -> Result<()> {
+fn export(scene: &Path, folder: &Path, settings: &[&str]) -> Result<()> {
     let document = Document::new(scene.display().to_string(), fs::read_to_string(scene)?);
     let mut description = document.parse()?;
-    if let Some((width, height)) = size {
-        description.set("film.size", &format!("[{width}, {height}]"))?;
+    for setting in settings {
+        let (path, value) = setting.split_once('=').ok_or("accepted: PATH=VALUE")?;
+        description.set(path, value)?;
     }
     let assets = Directory(scene.parent().unwrap_or(Path::new("")).into());
     let world = World::load(description, &assets, Budget(1 << 30)).map_err(|error| error.locate(&document))?;
 
-    let mut lights: Vec<Value> = world.scene.lights.values().map(|light| json!(light)).collect();
+    let plain = world.scene.lights.values().filter(|light| !matches!(light, Light::Environment { .. }));
+    let mut lights: Vec<Value> = plain.map(|light| json!(light)).collect();
+    if let Some(map) = &world.environment {
+        let path = folder.join("sky.exr");
+        resampled(map).write(&path, 0.0)?;
+        lights.push(json!({ "environment": { "file": path, "rotate": map.rotation.to_degrees() } }));
+    }
     let (mut media, mut equilibrium) = (Vec::new(), Value::Null);
     for volume in &world.volumes {
         let name = &volume.name;
@@ -85,6 +91,21 @@ fn export(scene: &Path, folder: &Path, size: Option<(&str, &str)>) -> Result<()>
         "equilibrium": equilibrium,
     });
     Ok(fs::write(folder.join("scene.json"), scene.to_string())?)
+}
+
+/// A map of twice as many rows and one, of which Mitsuba makes the same function of direction.
+///
+/// Both are bilinear, and agree on columns. But row k of Mitsuba's n stands at the angle kπ/(n − 1), the first and last at
+/// the poles; ours stand half a row within. So with a row at each of our centres and at each middle between them, where our
+/// map is their mean, and at the poles, where it is as in the outermost row, nothing is lost.
+fn resampled(map: &EnvironmentMap) -> Image {
+    let row = |row: u32| map.pixels.chunks_exact(map.width as usize).nth(row as usize).unwrap_or_default();
+    let rows = (0..=2 * map.height).map(|k| {
+        let (upper, lower) =
+            if k % 2 == 1 { (k / 2, k / 2) } else { ((k / 2).saturating_sub(1), (k / 2).min(map.height - 1)) };
+        row(upper).iter().zip(row(lower)).map(|(a, b)| [0, 1, 2].map(|c| 0.5 * a[c] + 0.5 * b[c]))
+    });
+    Image { width: map.width, height: 2 * map.height + 1, pixels: rows.flatten().collect(), ..Image::default() }
 }
 
 /// Voxels in Mitsuba's format: `VOL`, version 3, float32, x y z sizes, channels, bounding box, values with x fastest.

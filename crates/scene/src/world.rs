@@ -7,11 +7,11 @@ use std::sync::Arc;
 use glam::{Mat4, Vec3};
 
 use crate::assets::{Assets, Hashed};
-use crate::description::{Clip, Coefficients, Density, Medium, Optics, Plane, Raw, Scene, TemperatureGrid};
+use crate::description::{Clip, Coefficients, Density, Light, Medium, Optics, Plane, Raw, Scene, TemperatureGrid};
 use crate::field::{Expression, Formula, Fractal, Noise, Sphere};
 use crate::phase::PhaseFunction;
 use crate::volume::{Budget, FileError, Grid, Mesh, VolumeError, read_grid, read_mesh};
-use crate::{Color, FieldError, PlacedGrid, Temperature, document};
+use crate::{Color, EnvironmentError, EnvironmentMap, FieldError, PlacedGrid, Temperature, document};
 
 /// A loaded scene.
 #[derive(Clone, Debug)]
@@ -20,6 +20,8 @@ pub struct World {
     pub scene: Scene,
     /// The media, in the order of their names.
     pub volumes: Vec<Volume>,
+    /// The environment map; what light there is from a constant environment comes on top.
+    pub environment: Option<Arc<EnvironmentMap>>,
     /// BLAKE3 of the description and of every asset's bytes, in hexadecimal: two worlds of one hash are one world. How
     /// techniques are to render it does not count.
     pub hash: String,
@@ -144,6 +146,16 @@ pub enum LoadError {
         /// What is wrong with it.
         source: VolumeError,
     },
+    /// An environment map is not what it should be.
+    #[error("{path}: {file:?}: {source}")]
+    Environment {
+        /// The field that names the asset.
+        path: String,
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        source: EnvironmentError,
+    },
     /// A medium's transforms overflow or cannot be inverted.
     #[error("{path}: {SINGULAR}")]
     Singular {
@@ -168,18 +180,20 @@ impl LoadError {
                 format!("cannot read {file:?}: {source}{hint}")
             }
             LoadError::Volume { file, source, .. } => format!("{file:?}: {source}"),
+            LoadError::Environment { file, source, .. } => format!("{file:?}: {source}"),
             LoadError::Singular { .. } => SINGULAR.into(),
         };
         let (LoadError::Field(FieldError { path, .. })
         | LoadError::Asset { path, .. }
         | LoadError::Volume { path, .. }
+        | LoadError::Environment { path, .. }
         | LoadError::Singular { path }) = self;
         document.at(path, &message)
     }
 }
 
 impl World {
-    /// Loads a scene's assets; voxels may take at most `budget` in all.
+    /// Loads a scene's assets; voxels and pixels may take at most `budget` in all.
     ///
     /// # Errors
     /// A scene that contradicts itself, and assets that are missing, corrupt or too large.
@@ -212,8 +226,9 @@ impl World {
                 color,
             });
         }
+        let environment = loader.environment(&scene)?;
         let hash = loader.hasher.finalize().to_hex().to_string();
-        Ok(Self { scene, volumes, hash })
+        Ok(Self { scene, volumes, environment, hash })
     }
 }
 
@@ -310,6 +325,24 @@ impl Loader<'_> {
             placed(name, medium, grid)
         };
         Ok(Some(Color { grids: [channel(0)?, channel(1)?, channel(2)?] }))
+    }
+
+    /// The environment map, if there is one; [`Scene::check`] allows no second.
+    fn environment(&mut self, scene: &Scene) -> Result<Option<Arc<EnvironmentMap>>, LoadError> {
+        for (name, light) in &scene.lights {
+            let Light::Environment { file, rotate, scale } = light else { continue };
+            let (path, file) = (format!("lights.{name}.environment.file"), file.to_owned());
+            let assets = Hashed::new(self.assets, &mut self.hasher);
+            let bytes = match assets.read(&file, self.left.0) {
+                Ok(bytes) => bytes,
+                Err(source) => return Err(LoadError::Asset { path, file, source }),
+            };
+            let map = EnvironmentMap::decode(&bytes, *rotate, *scale, self.left)
+                .map_err(|source| LoadError::Environment { path, file, source })?;
+            self.left.0 = self.left.0.saturating_sub(size_of_val(map.pixels.as_slice()) as u64);
+            return Ok(Some(Arc::new(map)));
+        }
+        Ok(None)
     }
 
     /// A grid of a file that the table at `path` names, where `name_field` names one of several.

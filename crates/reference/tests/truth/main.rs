@@ -12,5 +12,6 @@ mod phases;
 mod pictures;
 mod robust;
 mod single;
+mod sky;
 mod tolerance;
 mod worlds;

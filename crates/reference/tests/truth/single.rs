@@ -9,7 +9,7 @@ use crate::tolerance::integrate;
 use crate::worlds::*;
 
 /// The phase functions once more, from their definitions; tables from their nodes.
-fn p(phase: &Phase, mu: f64) -> DVec3 {
+pub fn p(phase: &Phase, mu: f64) -> DVec3 {
     let pi = std::f64::consts::PI;
     let peak = |g: f64| (1.0 - g * g) / (4.0 * pi * (1.0 + g * g - 2.0 * g * mu).powf(1.5));
     let draine = |g: f64, alpha: f64| peak(g) * (1.0 + alpha * mu * mu) / (1.0 + alpha * (1.0 + 2.0 * g * g) / 3.0);
@@ -89,7 +89,7 @@ fn by_quadrature(entry: DVec3, d: DVec3, length: f64, phase: Phase, lamp: DVec3,
     })
 }
 
-fn slab(light: Light, phase: Phase) -> tyndall_scene::World {
+pub fn slab(light: Light, phase: Phase) -> tyndall_scene::World {
     let (min, max) = (Vec3::new(-20.0, 0.0, -20.0), Vec3::new(20.0, 1.0, 20.0));
     world(vec![volume(Field::Homogeneous, min, max, grey(1.2, 0.3, phase))], vec![light])
 }

@@ -83,7 +83,7 @@ pub fn unit(optics: Optics) -> Volume {
 
 pub fn world(volumes: Vec<Volume>, lights: Vec<Light>) -> World {
     let lights = lights.into_iter().enumerate().map(|(i, light)| (format!("light{i}"), light)).collect();
-    World { scene: Scene { lights, ..Scene::default() }, volumes, hash: String::new() }
+    World { scene: Scene { lights, ..Scene::default() }, volumes, environment: None, hash: String::new() }
 }
 
 pub fn sky(radiance: f32) -> Light {

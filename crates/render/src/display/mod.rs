@@ -45,7 +45,7 @@ impl Display {
         let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(DISPLAY.name),
-            source: wgpu::ShaderSource::Wgsl(DISPLAY.source.into()),
+            source: wgpu::ShaderSource::Wgsl(DISPLAY.source.clone()),
         });
         let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some("display"),

@@ -138,7 +138,7 @@ pub enum Raster {}
 pub struct Declaration<'g, 'a, Kind> {
     graph: &'g mut Graph<'a>,
     name: &'static str,
-    shader: &'static Shader,
+    shader: Shader,
     bindings: Bindings,
     constants: Vec<(&'static str, f64)>,
     kind: PhantomData<Kind>,
@@ -146,7 +146,14 @@ pub struct Declaration<'g, 'a, Kind> {
 
 impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
     fn new(graph: &'g mut Graph<'a>, name: &'static str, shader: &'static Shader) -> Self {
-        Self { graph, name, shader, bindings: Bindings::default(), constants: Vec::new(), kind: PhantomData }
+        Self {
+            graph,
+            name,
+            shader: shader.clone(),
+            bindings: Bindings::default(),
+            constants: Vec::new(),
+            kind: PhantomData,
+        }
     }
 
     /// Specialises the shader: the value of one of its `override`s.
@@ -161,8 +168,11 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
         self
     }
 
-    /// The media: of what `resident/volume.wesl` binds and is specialised for, as much as the shader uses.
-    pub fn volumes(mut self, resident: &Resident) -> Self {
+    /// The world: of what `resident/volume.wesl` and `sky.wesl` bind and are specialised for, as much as the shader uses.
+    pub fn world(mut self, resident: &Resident) -> Self {
+        if let Some(source) = resident.expressions.as_ref().and_then(|text| text.splice(&self.shader.source)) {
+            self.shader.source = source.into();
+        }
         // A shader that cannot be reflected is an error when the pass is recorded.
         let Ok(reflection) = self.shader.reflect() else { return self };
         let traits = &resident.traits;
@@ -170,6 +180,12 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             ("VOLUMES", f64::from(traits.count)),
             ("GRIDS", f64::from(traits.grids)),
             ("EXPONENTIALS", f64::from(traits.exponentials)),
+            ("SPHERES", f64::from(traits.spheres)),
+            ("NOISES", f64::from(traits.noises)),
+            ("EXPRESSIONS", f64::from(traits.expressions)),
+            ("TINTED", f64::from(traits.tinted)),
+            ("PHASE_TABLES", f64::from(traits.phase_tables)),
+            ("SKY", f64::from(resident.map.is_some())),
             ("TRANSFERS", f64::from(traits.transfers)),
             ("PLANES", f64::from(traits.planes)),
             ("SHADED", f64::from(traits.shaded)),
@@ -180,12 +196,14 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
                 self = self.constant(name, value);
             }
         }
-        let resources: [(_, Resource); 6] = [
+        let resources: [(_, Resource); 8] = [
             ("volumes", (&resident.volumes).into()),
             ("extras", (&resident.extras).into()),
             ("bricks", (&resident.bricks).into()),
             ("atlas", (&resident.atlas).into()),
             ("transfers", (&resident.transfers).into()),
+            ("phases", (&resident.phases).into()),
+            ("sky", (&resident.sky).into()),
             ("linear", (&resident.linear).into()),
         ];
         for (name, resource) in resources {
@@ -246,11 +264,11 @@ impl Declaration<'_, '_, Compute> {
         rounds: u32,
         work: impl FnOnce(wgpu::ComputePipeline, [u32; 3]) -> Work,
     ) -> Result<(), RenderError> {
-        let Self { name, shader, .. } = self;
+        let (name, shader) = (self.name, self.shader.clone());
         let reflection = shader.reflect()?;
         let workgroup = reflection.workgroup.ok_or(BindingError::NoEntryPoint { pass: name, shader: shader.name })?;
         let make = |gpu: &Gpu, constants: &[_]| {
-            let pipeline = compute_pipeline(gpu, name, shader, constants);
+            let pipeline = compute_pipeline(gpu, name, &shader, constants);
             let layout = pipeline.get_bind_group_layout(0);
             (work(pipeline, workgroup), layout)
         };
@@ -265,13 +283,18 @@ fn compute_pipeline(
     shader: &Shader,
     constants: &[(&'static str, f64)],
 ) -> wgpu::ComputePipeline {
-    let key = format!("{} {constants:?}", shader.name);
+    // What is not as it was linked has a source of its own.
+    let own = match &shader.source {
+        std::borrow::Cow::Borrowed(_) => "",
+        std::borrow::Cow::Owned(source) => source,
+    };
+    let key = format!("{} {constants:?}{own}", shader.name);
     let mut cache = gpu.pipelines.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     let made = cache.entry(key).or_insert_with(|| {
         tracing::debug!(pass, shader = shader.name, ?constants, "compiling a pipeline");
         let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(shader.name),
-            source: wgpu::ShaderSource::Wgsl(shader.source.into()),
+            source: wgpu::ShaderSource::Wgsl(shader.source.clone()),
         });
         gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(pass),

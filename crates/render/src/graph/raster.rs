@@ -25,11 +25,11 @@ impl Declaration<'_, '_, Raster> {
     /// # Errors
     /// Names that do not match the shader's, and whatever the device refuses.
     pub async fn draw(self, draw: Draw<'_>) -> Result<(), RenderError> {
-        let Self { name, shader, .. } = self;
+        let (name, shader) = (self.name, self.shader.clone());
         let reflection = shader.reflect()?;
         let rounds = draw.instances.div_ceil(draw.batch).max(1);
         let make = |gpu: &Gpu, constants: &[_]| {
-            let pipeline = pipeline(gpu, name, shader, constants, &draw);
+            let pipeline = pipeline(gpu, name, &shader, constants, &draw);
             let layout = pipeline.get_bind_group_layout(0);
             let target = draw.target.create_view(&Default::default());
             let Draw { vertices, instances, batch, .. } = draw;
@@ -84,7 +84,7 @@ fn pipeline(
 ) -> wgpu::RenderPipeline {
     let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(shader.name),
-        source: wgpu::ShaderSource::Wgsl(shader.source.into()),
+        source: wgpu::ShaderSource::Wgsl(shader.source.clone()),
     });
     let compilation_options = wgpu::PipelineCompilationOptions { constants, ..Default::default() };
     let target = wgpu::ColorTargetState {

@@ -1,22 +1,27 @@
 //! A shader and what it says of itself: names, kinds and numbers of its bindings, read from the linked WGSL by naga.
 
+use std::borrow::Cow;
+
 use naga::{AddressSpace, ImageClass, ImageDimension, ShaderStage, StorageAccess, TypeInner};
 
 use super::BindingError;
 
 /// A linked shader: its path under `src`, and its WGSL.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Shader {
     /// Path under `src`, without ending.
     pub name: &'static str,
     /// Plain WGSL.
-    pub source: &'static str,
+    pub source: Cow<'static, str>,
 }
 
 /// The shader linked from `src/<path>.wesl`.
 macro_rules! shader {
     ($path:literal) => {
-        $crate::graph::Shader { name: $path, source: include_str!(concat!(env!("OUT_DIR"), "/", $path, ".wgsl")) }
+        $crate::graph::Shader {
+            name: $path,
+            source: std::borrow::Cow::Borrowed(include_str!(concat!(env!("OUT_DIR"), "/", $path, ".wgsl"))),
+        }
     };
 }
 pub(crate) use shader;
@@ -67,11 +72,11 @@ impl Shader {
     /// A shader that naga does not accept, or a binding outside group 0.
     pub fn reflect(&self) -> Result<Reflection, BindingError> {
         let invalid = |message: String| BindingError::Shader { shader: self.name, message };
-        let module = naga::front::wgsl::parse_str(self.source)
-            .map_err(|error| invalid(error.emit_to_string_with_path(self.source, self.name)))?;
+        let module = naga::front::wgsl::parse_str(&self.source)
+            .map_err(|error| invalid(error.emit_to_string_with_path(&self.source, self.name)))?;
         let mut validator =
             naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::default());
-        let info = validator.validate(&module).map_err(|error| invalid(error.emit_to_string(self.source)))?;
+        let info = validator.validate(&module).map_err(|error| invalid(error.emit_to_string(&self.source)))?;
         let mut bindings = Vec::new();
         for (handle, variable) in module.global_variables.iter() {
             let Some(place) = variable.binding else { continue };

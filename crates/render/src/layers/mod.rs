@@ -61,6 +61,7 @@ pub async fn before_environment(
         .compute("layers", &LAYERS)
         .read("view", &resident.view)
         .read("tile", &tile)
+        .world(resident)
         .read("layers", layers)
         .write("film", film)
         .over_film(1)

@@ -34,10 +34,8 @@ impl Atlas {
     pub async fn new(gpu: &Gpu, volumes: &[Volume]) -> Result<Self, RenderError> {
         let mut grids: Vec<(Arc<Grid>, u32)> = Vec::new();
         let mut total = 0u64;
-        for volume in volumes {
-            if let Field::Grid(grid) = &volume.field
-                && !grids.iter().any(|(other, _)| Arc::ptr_eq(other, grid))
-            {
+        for grid in volumes.iter().flat_map(grids_of) {
+            if !grids.iter().any(|(other, _)| Arc::ptr_eq(other, grid)) {
                 grids.push((grid.clone(), total as u32));
                 total += stored_bricks(grid);
             }
@@ -137,6 +135,17 @@ impl Atlas {
         let [nx, ny, _] = self.sides;
         at % nx | (at / nx % ny) << 8 | at / (nx * ny) << 16
     }
+}
+
+/// A medium's voxels, and those of its temperature and colour.
+fn grids_of(volume: &Volume) -> impl Iterator<Item = &Arc<Grid>> {
+    let own = match &volume.field {
+        Field::Grid(grid) => Some(grid),
+        _ => None,
+    };
+    let temperature = volume.temperature.iter().map(|temperature| &temperature.grid.grid);
+    let colors = volume.color.iter().flat_map(|color| color.grids.iter().map(|placed| &placed.grid));
+    own.into_iter().chain(temperature).chain(colors)
 }
 
 fn stored_bricks(grid: &Grid) -> u64 {

@@ -58,6 +58,8 @@ pub(super) fn encode(lights: &BTreeMap<String, description::Light>) -> (Vec<Ligh
                 });
             }
             description::Light::Constant { radiance } => environment += radiance,
+            // The world holds the map.
+            description::Light::Environment { .. } => {}
         }
     }
     (encoded, environment)

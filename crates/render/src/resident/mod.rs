@@ -1,19 +1,27 @@
 //! A world as the GPU holds it: textures and buffers that techniques read.
 
 mod atlas;
+mod bricks;
 pub mod expression;
 mod light;
+mod sky;
+mod tables;
+mod traits;
 mod view;
 mod volume;
 
-use tyndall_scene::World;
+use std::sync::Arc;
+
+use tyndall_scene::{EnvironmentMap, World};
 
 pub use light::Light;
 pub use view::View;
 pub use volume::{MAX_VOLUMES, Volume};
 
 use atlas::Atlas;
-use volume::VolumeArray;
+use bricks::Bricks;
+use expression::Expressions;
+use traits::Traits;
 
 use crate::{Gpu, RenderError};
 
@@ -26,20 +34,28 @@ pub struct Resident {
     pub volumes: wgpu::Buffer,
     /// The bricks of all volumes, as a texture of bits.
     pub bricks: wgpu::Texture,
-    /// Clip planes and isosurfaces, as a buffer of vectors.
+    /// Clip planes, isosurfaces, grids of temperature and colour, as a buffer of vectors.
     pub extras: wgpu::Buffer,
     /// The voxels of all bricks, a 3D texture.
     pub atlas: wgpu::Texture,
-    /// Transfer functions, a row a volume: colour (radiance of an opaque body) and extinction [m⁻¹].
+    /// Transfer functions and black bodies, three rows a volume.
     pub transfers: wgpu::Texture,
+    /// Phase functions that are tables, a row a volume.
+    pub phases: wgpu::Texture,
+    /// Densities that are expressions, which become part of shaders.
+    pub expressions: Option<Expressions>,
     /// Trilinear, clamped to the edge.
     pub linear: wgpu::Sampler,
     /// What pipelines can be specialised for.
-    pub traits: volume::Traits,
+    pub traits: Traits,
     /// Lights but the environment, for techniques to extend and upload.
     pub lights: Vec<Light>,
     /// Radiance of the constant environment [W·sr⁻¹·m⁻²].
     pub environment: glam::Vec3,
+    /// The environment map, if there is one.
+    pub map: Option<Arc<EnvironmentMap>>,
+    /// The same as a texture; of one texel without.
+    pub sky: wgpu::Texture,
     /// The film's size in pixels.
     pub film: [u32; 2],
 }
@@ -48,7 +64,7 @@ impl Resident {
     /// Uploads a world, after checking that it fits.
     ///
     /// # Errors
-    /// More volumes, larger volumes or a larger film than the device can hold, and memory that runs out.
+    /// More volumes, larger volumes or a larger film than the device can hold, an environment map, and memory that runs out.
     pub async fn new(gpu: &Gpu, world: &World) -> Result<Self, RenderError> {
         let film = world.scene.film.size;
         let limits = gpu.device.limits();
@@ -63,26 +79,41 @@ impl Resident {
         }
         volume::check(&world.volumes)?;
         let (lights, environment) = light::encode(&world.scene.lights);
-        let view = View::new(&world.scene.camera, film, environment);
+        let view = View::new(&world.scene.camera, film, environment, rotation(world.environment.as_deref()));
         let atlas = Atlas::new(gpu, &world.volumes).await?;
-        let (volumes, bricks) = VolumeArray::new(&world.volumes, &atlas);
+        let mut bricks = Bricks::new(&atlas);
+        let (volumes, extras) = volume::encode(&world.volumes, &mut bricks);
+        let bricks = bricks.texture(gpu).await?;
         Ok(Self {
+            atlas: atlas.texture,
             view: gpu.buffer("view", &view),
             volumes: gpu.buffer("volumes", &volumes),
-            bricks: volume::brick_texture(gpu, bricks).await?,
-            extras: gpu.buffer("extras", &vec![glam::Vec4::ZERO]),
-            atlas: atlas.texture,
-            transfers: volume::transfers(gpu, &world.volumes).await?,
+            bricks,
+            extras: gpu.buffer("extras", &extras),
+            transfers: tables::transfers(gpu, &world.volumes).await?,
+            phases: tables::phases(gpu, &world.volumes).await?,
+            expressions: Expressions::new(&world.volumes),
             linear: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("linear"),
                 mag_filter: wgpu::FilterMode::Linear,
                 min_filter: wgpu::FilterMode::Linear,
                 ..Default::default()
             }),
-            traits: volume::Traits::of(&world.volumes),
+            traits: Traits::of(&world.volumes),
             lights,
             environment,
+            sky: sky::texture(gpu, world.environment.as_deref()).await?,
+            map: world.environment.clone(),
             film,
         })
     }
+
+    /// How far the environment map is turned [rad].
+    pub fn sky_rotation(&self) -> f32 {
+        rotation(self.map.as_deref())
+    }
+}
+
+fn rotation(map: Option<&EnvironmentMap>) -> f32 {
+    map.map_or(0.0, |map| map.rotation)
 }

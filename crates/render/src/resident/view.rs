@@ -18,11 +18,13 @@ pub struct View {
     pub forward: Vec3,
     /// Radiance behind everything [W·sr⁻¹·m⁻²].
     pub environment: Vec3,
+    /// How far an environment map is turned about y [rad].
+    pub sky_rotation: f32,
 }
 
 impl View {
     /// A camera's view; one without a frame (it looks at itself) looks along −z.
-    pub fn new(camera: &Camera, film: [u32; 2], environment: Vec3) -> Self {
+    pub fn new(camera: &Camera, film: [u32; 2], environment: Vec3, sky_rotation: f32) -> Self {
         let [right, up, backward] = camera.frame().unwrap_or([Vec3::X, Vec3::Y, Vec3::Z]);
         let half_height = (camera.fov.to_radians() / 2.0).tan();
         let aspect = film[0] as f32 / film[1] as f32;
@@ -34,6 +36,7 @@ impl View {
             up: up * half_height,
             forward: -backward,
             environment,
+            sky_rotation,
         }
     }
 }

@@ -8,7 +8,7 @@ pub mod splatting;
 
 use std::pin::Pin;
 
-use tyndall_scene::description::Density;
+use tyndall_scene::description::{Density, Optics};
 use tyndall_scene::parameter::{Parameter, Settings};
 use tyndall_scene::{Field, FieldError, World};
 
@@ -88,4 +88,26 @@ fn without_meshes(world: &World, technique: &str) -> Result<(), RenderError> {
         }
         .into()),
     }
+}
+
+/// Refuses what only marching renders, in the name of another technique.
+fn plain(world: &World, technique: &str) -> Result<(), RenderError> {
+    for volume in &world.volumes {
+        let transfer = match &volume.optics {
+            Optics::Transfer(transfer) => transfer.unphysical().map(|field| format!("optics.transfer.{field}")),
+            Optics::Coefficients { .. } => None,
+        };
+        let clip = (!volume.clip.is_empty()).then(|| "clip".into());
+        let temperature = volume.temperature.is_some().then(|| "temperature".into());
+        let color = volume.color.is_some().then(|| "color".into());
+        if let Some(field) = transfer.or(clip).or(temperature).or(color) {
+            return Err(FieldError {
+                path: format!("media.{}.{field}", volume.name),
+                found: format!("it with techniques.{technique}"),
+                accepted: format!("it with techniques.{}", march::TECHNIQUE.name),
+            }
+            .into());
+        }
+    }
+    Ok(())
 }

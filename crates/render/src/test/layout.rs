@@ -25,7 +25,7 @@ fn every_shader_validates_and_can_be_bound() {
 /// A struct's member offsets and size in the linked WGSL.
 fn shader_layout(shader: &str, name: &str) -> (Vec<u64>, u64) {
     let shader = SHADERS.iter().find(|s| s.name == shader).unwrap_or_else(|| panic!("no shader {shader}"));
-    let module = naga::front::wgsl::parse_str(shader.source).unwrap();
+    let module = naga::front::wgsl::parse_str(&shader.source).unwrap();
     let matches = |ty: &&naga::Type| ty.name.as_deref() == Some(name);
     let found = module.types.iter().map(|(_, ty)| ty).find(matches);
     let found = found.unwrap_or_else(|| panic!("{} has no struct {name}", shader.name));

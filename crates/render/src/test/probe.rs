@@ -10,7 +10,7 @@ use super::{gpu, tolerance};
 use crate::Gpu;
 use crate::graph::{Bindings, Shader, shader};
 use crate::math::{phase, ray, slab};
-use crate::resident::expression;
+use crate::resident::expression::Expressions;
 
 /// Runs a probe: a shader that maps `input` to `output`, an invocation an element.
 fn probe(gpu: &Gpu, shader: &'static Shader, input: &[Vec4]) -> Vec<Vec4> {
@@ -36,7 +36,7 @@ fn probe(gpu: &Gpu, shader: &'static Shader, input: &[Vec4]) -> Vec<Vec4> {
     bindings.check("probe", &reflection).unwrap();
     let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(shader.name),
-        source: wgpu::ShaderSource::Wgsl(shader.source.into()),
+        source: wgpu::ShaderSource::Wgsl(shader.source.clone()),
     });
     let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(shader.name),
@@ -215,8 +215,8 @@ fn expressions_equal_their_twins() {
         })
         .collect();
     let world = super::world(&format!("[camera]\nposition = [0, 0, 3]\ntarget = [0, 0, 0]\n{scene}"));
-    let source = expression::splice(PROBE.source, &world.volumes).unwrap();
-    let shader: &Shader = Box::leak(Box::new(Shader { name: PROBE.name, source: source.leak() }));
+    let source = Expressions::new(&world.volumes).unwrap().splice(&PROBE.source).unwrap();
+    let shader: &Shader = Box::leak(Box::new(Shader { name: PROBE.name, source: source.into() }));
     shader.reflect().unwrap();
     let Some(gpu) = gpu() else { return };
     let input: Vec<_> = (0..6400)
@@ -233,13 +233,14 @@ fn expressions_equal_their_twins() {
     }
 }
 
-/// Without expressions, and without a marker.
+/// Without expressions there is nothing to splice, and without a marker nowhere.
 #[test]
 fn splicing() {
-    const PROBE: Shader = shader!("test/probes/expression");
-    let source = expression::splice(PROBE.source, &[]).unwrap();
-    Shader { name: PROBE.name, source: source.leak() }.reflect().unwrap();
-    assert_eq!(expression::splice("fn main() {}", &[]), None);
+    let scene = "camera = { position = [0, 0, 3], target = [0, 0, 0] }\n[media.m]\noptics.coefficients = {}\n\
+                 density.expression = { min = [-1, -1, -1], max = [1, 1, 1], wgsl = \"p.x\" }";
+    let expressions = Expressions::new(&super::world(scene).volumes).unwrap();
+    assert_eq!(expressions.splice("fn main() {}"), None);
+    assert!(Expressions::new(&[]).is_none());
 }
 
 #[test]

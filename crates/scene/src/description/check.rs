@@ -31,6 +31,11 @@ impl Scene {
                 return invalid(&format!("lights.{name}.spot.inner_angle"), found, "an angle less than outer_angle");
             }
         }
+        let mut maps = self.lights.iter().filter(|(_, light)| matches!(light, Light::Environment { .. }));
+        if let (Some((first, _)), Some((second, _))) = (maps.next(), maps.next()) {
+            let found = format!("a second environment map, beside lights.{first}");
+            return invalid(&format!("lights.{second}.environment"), found, "one in a scene");
+        }
         for (name, medium) in &self.media {
             match &medium.density {
                 Density::Homogeneous { min, max } if min.cmpge(*max).any() => {

@@ -2,9 +2,9 @@ use glam::Vec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::quantity::{Degrees, Direction, Rgb, Vector};
+use super::quantity::{Degrees, Direction, Finite, Rgb, Vector};
 
-/// A light source. Lights but the constant environment are not seen directly.
+/// A light source. Only the environment, constant or a map, is seen directly.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Light {
@@ -51,4 +51,21 @@ pub enum Light {
         #[serde(with = "Rgb")]
         radiance: Vec3,
     },
+    /// Radiance from every direction, from a latitude-longitude picture: a sky all around, seen behind the media. It
+    /// adds to constant light; a scene has at most one. The upper edge is the zenith, +y; the middle column is where −z
+    /// is, and columns to its right are to the right of who looks there.
+    Environment {
+        /// The picture, OpenEXR (`.exr`) or Radiance (`.hdr`): radiance [W·sr⁻¹·m⁻²]. Path relative to the scene file.
+        file: String,
+        /// Rotation about the y axis [degrees]; 90 turns what is at −z to −x.
+        #[serde(with = "Finite", default)]
+        rotate: f32,
+        /// Factor of the picture's radiance.
+        #[serde(with = "Rgb", default = "ones")]
+        scale: Vec3,
+    },
+}
+
+fn ones() -> Vec3 {
+    Vec3::ONE
 }

@@ -22,6 +22,7 @@ use ::exr::prelude::{
 };
 
 use super::{Image, ImageError, MAX_PIXELS, Statistics, check_expansion, pixel_count};
+use crate::volume::Budget;
 
 /// The first bytes of every OpenEXR file.
 pub const SIGNATURE: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
@@ -89,16 +90,24 @@ pub fn encode(image: &Image) -> Result<Vec<u8>, ImageError> {
 /// [`ImageError::Exr`] for damaged data, missing or subsampled channels, lossy compression, or primaries other than
 /// Rec. 709; [`ImageError::Empty`], [`ImageError::TooLarge`] or [`ImageError::Expansion`] for absurd sizes.
 pub fn decode(bytes: &[u8]) -> Result<Image, ImageError> {
+    decode_within(bytes, Budget(u64::MAX))
+}
+
+/// As [`decode`], within a budget of memory.
+///
+/// # Errors
+/// As [`decode`], and [`ImageError::Budget`].
+pub fn decode_within(bytes: &[u8], budget: Budget) -> Result<Image, ImageError> {
     // The decoder panics on some damaged files (overflow in sizes). Its state is dropped with the panic, so nothing
     // broken is seen afterwards. It is kept on this thread, since a panic in a thread pool ends the process.
-    catch_unwind(AssertUnwindSafe(|| decode_checked(bytes)))
+    catch_unwind(AssertUnwindSafe(|| decode_checked(bytes, budget)))
         .unwrap_or_else(|_| Err(ImageError::Exr("the data are damaged".to_owned())))
 }
 
-fn decode_checked(bytes: &[u8]) -> Result<Image, ImageError> {
+fn decode_checked(bytes: &[u8], budget: Budget) -> Result<Image, ImageError> {
     let failed = |error: ::exr::error::Error| ImageError::Exr(error.to_string());
     let reader = ::exr::block::read(Cursor::new(bytes), false).map_err(failed)?;
-    check_headers(reader.headers(), bytes.len())?;
+    check_headers(reader.headers(), bytes.len(), budget)?;
     let file: FlatImage = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -143,7 +152,7 @@ fn decode_checked(bytes: &[u8]) -> Result<Image, ImageError> {
 }
 
 /// Bounds what the pixels will take, before they are allocated.
-fn check_headers(headers: &[Header], file: usize) -> Result<(), ImageError> {
+fn check_headers(headers: &[Header], file: usize, budget: Budget) -> Result<(), ImageError> {
     let mut decoded = 0u64;
     for header in headers {
         // Damaged data of these make the decoder allocate without bound, or panic.
@@ -158,8 +167,13 @@ fn check_headers(headers: &[Header], file: usize) -> Result<(), ImageError> {
         let (Ok(w), Ok(h)) = (u32::try_from(width), u32::try_from(height)) else {
             return Err(ImageError::TooLarge { width, height });
         };
-        let bytes = pixel_count(w, h)?.saturating_mul(header.channels.bytes_per_pixel as u64);
-        decoded = decoded.saturating_add(bytes);
+        let count = pixel_count(w, h)?;
+        decoded = decoded.saturating_add(count.saturating_mul(header.channels.bytes_per_pixel as u64));
+        // The decoder's planes and our pixels are in memory together.
+        let needed = decoded.saturating_add(count * size_of::<[f32; 3]>() as u64);
+        if needed > budget.0 {
+            return Err(ImageError::Budget { width: w, height: h, bytes: needed, budget: budget.0 });
+        }
     }
     // A layer of many channels may be within the pixel limit and still be absurd: 64 bytes a pixel have room for all of
     // Tyndall's channels twice.

@@ -3,6 +3,7 @@
 //! | module | idea |
 //! |---|---|
 //! | [`exr`] | linear images, losslessly, to and from OpenEXR bytes |
+//! | [`hdr`] | linear images from Radiance bytes |
 //! | [`png`] | display-referred images to and from PNG bytes |
 //! | [`tonemap`] | linear radiance → what a screen shows |
 //! | [`mod@file`] | whole files or none (not on wasm32) |
@@ -10,6 +11,7 @@
 pub mod exr;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod file;
+pub mod hdr;
 pub mod png;
 pub mod tonemap;
 
@@ -103,6 +105,18 @@ pub enum ImageError {
         /// Claimed length of the decoded pixels [byte].
         decoded: u64,
     },
+    /// An image that needs more memory than it may take. Nothing was allocated.
+    #[error("a picture of {width} x {height} pixels needs {bytes} bytes; the budget is {budget}")]
+    Budget {
+        /// Columns [pixel].
+        width: u32,
+        /// Rows [pixel].
+        height: u32,
+        /// Memory that decoding takes [byte].
+        bytes: u64,
+        /// Memory that it may take [byte].
+        budget: u64,
+    },
     /// A buffer whose length does not match the image's size.
     #[error("`{field}` holds {found} values where width × height = {expected} are needed")]
     Length {
@@ -129,6 +143,9 @@ pub enum ImageError {
     /// Damaged or unsupported EXR data, or an EXR that cannot be written.
     #[error("EXR: {0}")]
     Exr(String),
+    /// Damaged or unsupported Radiance data.
+    #[error("Radiance: {0}")]
+    Hdr(String),
     /// Damaged or unsupported PNG data, or a PNG that cannot be written.
     #[error("PNG: {0}")]
     Png(String),

@@ -77,7 +77,7 @@ fn fields() {
             ),
             (
                 ",\n \"lights\": {\"a\": {\"sun\": {}}}}",
-                "2:19: lights.a: found `sun`; accepted: one of `directional`, `point`, `spot`, `constant`",
+                "2:19: lights.a: found `sun`; accepted: one of `directional`, `point`, `spot`, `constant`, `environment`",
             ),
             (
                 ",\n \"lights\": {\"a\": {\"constant\": {\"radiance\": -1}}}}",

@@ -15,13 +15,14 @@ mod world;
 use tyndall_scene::Document;
 
 /// The shipped scenes, by file name.
-const SCENES: [(&str, &str); 6] = [
+const SCENES: [(&str, &str); 7] = [
     ("plume.toml", include_str!("../../../../scenes/plume.toml")),
     ("fire.toml", include_str!("../../../../scenes/fire.toml")),
     ("fog.toml", include_str!("../../../../scenes/fog.toml")),
     ("brain.toml", include_str!("../../../../scenes/brain.toml")),
     ("tetrahedra.toml", include_str!("../../../../scenes/tetrahedra.toml")),
     ("cloud.toml", include_str!("../../../../scenes/cloud.toml")),
+    ("sky.toml", include_str!("../../../../scenes/sky.toml")),
 ];
 
 /// Three lines that every scene needs.

@@ -148,11 +148,11 @@ fn lights() {
             ),
             (
                 "[lights.sun]",
-                "4:1: lights.sun: found an empty table; accepted: one of `directional`, `point`, `spot`, `constant`",
+                "4:1: lights.sun: found an empty table; accepted: one of `directional`, `point`, `spot`, `constant`, `environment`",
             ),
             (
                 "[lights]\nsun = 3",
-                "5:7: lights.sun: found 3; accepted: one of `directional`, `point`, `spot`, `constant`",
+                "5:7: lights.sun: found 3; accepted: one of `directional`, `point`, `spot`, `constant`, `environment`",
             ),
             (
                 "[lights]\nsun = \"directional\"",
@@ -164,7 +164,7 @@ fn lights() {
             ),
             (
                 "[lights.sun.directionl]\ndirection = [0, 1, 0]",
-                "4:13: lights.sun: found `directionl`; accepted: one of `directional`, `point`, `spot`, `constant`",
+                "4:13: lights.sun: found `directionl`; accepted: one of `directional`, `point`, `spot`, `constant`, `environment`",
             ),
             (
                 "[lights.sun.directional]\ndirection = [0, 1, 0]\nirradiance = 3\ncolor = 3",
@@ -188,9 +188,25 @@ fn lights() {
             ),
             (
                 "[lights.sun.constant]\nradiance = 1\n[lights.sun.point]\nintensity = 3",
-                "6:13: lights.sun: found both `constant` and `point`; accepted: one of `directional`, `point`, `spot`, `constant`",
+                "6:13: lights.sun: found both `constant` and `point`; accepted: one of `directional`, `point`, `spot`, `constant`, `environment`",
             ),
             ("[lights.sun]\nconstant = 3", "5:12: lights.sun.constant: found 3; accepted: a table with `radiance`"),
+            (
+                "[lights.sky.environment]\nrotate = 3",
+                "4:1: lights.sky.environment: found no `file`; accepted: a table with `file`, which has no default",
+            ),
+            (
+                "[lights.sky.environment]\nfile = \"a.exr\"\nrotate = inf",
+                "6:10: lights.sky.environment.rotate: found inf; accepted: a finite number",
+            ),
+            (
+                "[lights.sky.environment]\nfile = \"a.exr\"\nscale = [1, 1]",
+                "6:9: lights.sky.environment.scale: found [1, 1]; accepted: a number >= 0, or three of them [r, g, b]",
+            ),
+            (
+                "[lights.sky.environment]\nfile = \"a.exr\"\n[lights.dome.environment]\nfile = \"a.exr\"",
+                "4:1: lights.sky.environment: found a second environment map, beside lights.dome; accepted: one in a scene",
+            ),
         ],
     );
     check(

@@ -1,12 +1,13 @@
 //! Transfer functions against VTK's two volume mappers: the same picture, and the time.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
 
-use super::super::{mitsuba, table};
+use super::super::mitsuba::install;
+use super::super::table;
 use super::measure::{Run, read_exr};
 use super::scattering::floats;
 use super::{Bench, median};
@@ -31,7 +32,7 @@ struct Frame {
 
 /// Measures.
 pub fn section(bench: &Bench) -> Result<String> {
-    let python = mitsuba::environment(&[VTK])?;
+    let python = install::python(&[VTK])?;
     println!("writing the phantom");
     let phantom = process::root().join("xtask/volumes/phantom.py");
     process::run(Command::new(&python).arg(phantom).arg(&bench.folder))?;
@@ -56,7 +57,7 @@ pub fn section(bench: &Bench) -> Result<String> {
     for dense in [false, true] {
         for shading in ["unshaded", "shaded"] {
             let name = format!("{}-{shading}", if dense { "dense" } else { "translucent" });
-            let (case, scene) = write_case(bench, &name, dense, shading)?;
+            let [case, scene] = write_case(bench, &name, dense, shading)?;
             let mut ours: Vec<[Run; 2]> = Vec::new();
             let mut theirs = MAPPERS.map(|_| Vec::new());
             for round in 0..bench.rounds {
@@ -123,7 +124,7 @@ fn write_case(
     name: &str,
     dense: bool,
     shading: &str,
-) -> Result<(std::path::PathBuf, std::path::PathBuf)> {
+) -> Result<[PathBuf; 2]> {
     let mut case: Value =
         serde_json::from_str(&std::fs::read_to_string(bench.folder.join(format!("{shading}.json")))?)?;
     case["voxels"] = json!("phantom.raw");
@@ -173,7 +174,7 @@ fn write_case(
     let [json, toml] = ["json", "toml"].map(|extension| bench.folder.join(format!("{name}.{extension}")));
     std::fs::write(&json, case.to_string())?;
     std::fs::write(&toml, text)?;
-    Ok((json, toml))
+    Ok([json, toml])
 }
 
 /// Renders with VTK and gives its report.

@@ -1,12 +1,13 @@
 //! The plume in the sun, scattered once, against Mitsuba: the time to an equal error.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result};
 use serde_json::Value;
 
-use super::super::{mitsuba, table};
+use super::super::mitsuba::install;
+use super::super::table;
 use super::{Bench, median};
 use crate::process;
 
@@ -29,8 +30,9 @@ pub struct Batch {
 
 /// Mitsuba, with a scene that it takes.
 pub struct Mitsuba {
-    python: std::path::PathBuf,
-    folder: std::path::PathBuf,
+    python: PathBuf,
+    llvm: PathBuf,
+    folder: PathBuf,
 }
 
 impl Mitsuba {
@@ -40,8 +42,14 @@ impl Mitsuba {
         let folder = bench.folder.join("mitsuba");
         std::fs::create_dir_all(&folder)?;
         let mut command = Command::new(exporter);
-        process::output(command.current_dir(process::root()).args(["export", scene]).arg(&folder).arg(size))?;
-        Ok(Self { python: mitsuba::environment(&[])?, folder })
+        process::output(
+            command
+                .current_dir(process::root())
+                .args(["export", scene])
+                .arg(&folder)
+                .arg(format!("film.size=[{}]", size.replace('x', ","))),
+        )?;
+        Ok(Self { python: install::python(&[])?, llvm: install::llvm()?, folder })
     }
 
     /// Renders batches of so many samples a pixel; depth 2 is light scattered once, −1 as often as it is.
@@ -49,6 +57,7 @@ impl Mitsuba {
         let output = self.folder.join("picture");
         let mut command = Command::new(&self.python);
         command.arg(process::root().join("xtask/mitsuba/render.py")).arg(self.folder.join("scene.json")).arg(&output);
+        command.env("DRJIT_LIBLLVM_PATH", &self.llvm);
         command.args(["--variant", variant, &format!("--max-depth={max_depth}")]);
         for (name, value) in [("--batches", batches), ("--spp", samples), ("--seed", seed)] {
             command.args([name, &value.to_string()]);
@@ -86,7 +95,7 @@ pub fn section(bench: &Bench) -> Result<String> {
     bench.tyndall.reference(SCENE, SIZE, 1, SAMPLES, &truth)?;
     let mitsuba = Mitsuba::new(bench, SCENE, SIZE)?;
     let mut ours = SETTINGS.map(|_| Vec::new());
-    let mut theirs = VARIANTS.map(|_| Vec::new());
+    let mut theirs = VARIANTS.map(|_| Vec::<Batch>::new());
     for round in 0..bench.rounds {
         println!("round {}", round + 1);
         for ((name, settings), runs) in SETTINGS.iter().zip(&mut ours) {
@@ -95,11 +104,7 @@ pub fn section(bench: &Bench) -> Result<String> {
             runs.push(bench.tyndall.render(&process::root().join(SCENE), &settings, &picture)?);
         }
         for (variant, batches) in VARIANTS.iter().zip(&mut theirs) {
-            match mitsuba.render(variant, 2, 8, 2, round) {
-                Ok(batch) => batches.push(batch),
-                Err(error) if *variant != VARIANTS[0] => println!("skipped: {variant}: {error:#}"),
-                Err(error) => return Err(error),
-            }
+            batches.push(mitsuba.render(variant, 2, 8, 2, round)?);
         }
     }
     let mut rows = vec![
@@ -130,7 +135,7 @@ pub fn section(bench: &Bench) -> Result<String> {
         noise = errors["reference_noise"].as_f64().context("no noise")?;
         let of = |field: fn(&super::Run) -> f64| median(runs.iter().map(field));
         let (pass, wall, cpu) = (of(|run| run.pass), of(|run| run.wall), of(|run| run.cpu));
-        for (variant, batches) in VARIANTS.iter().zip(&theirs).filter(|(_, batches)| !batches.is_empty()) {
+        for (variant, batches) in VARIANTS.iter().zip(&theirs) {
             version.clone_from(&batches[0].version);
             let sigma = median(batches.iter().map(|batch| batch.noise));
             let [rate, cpu_rate] = [0, 1].map(|i| median(batches.iter().map(|batch| batch.rates[i])));

@@ -6,7 +6,7 @@ use anyhow::Result;
 
 use super::super::table;
 use super::measure::children_seconds;
-use super::scattering::{Mitsuba, SCENE, VARIANTS};
+use super::scattering::{Batch, Mitsuba, SCENE, VARIANTS};
 use super::{Bench, median};
 use crate::process;
 
@@ -34,20 +34,16 @@ pub fn section(bench: &Bench) -> Result<String> {
     let mut version = String::new();
     for (depth, max_depth, name) in DEPTHS {
         let mut ours = Vec::new();
-        let mut theirs = VARIANTS.map(|_| Vec::new());
+        let mut theirs = VARIANTS.map(|_| Vec::<Batch>::new());
         for round in 0..bench.rounds {
             println!("{name}, round {}", round + 1);
             ours.push(trace(bench, depth)?);
             for (variant, batches) in VARIANTS.iter().zip(&mut theirs) {
-                match mitsuba.render(variant, max_depth, 2, SAMPLES[1] / 2, round) {
-                    Ok(batch) => batches.push(batch),
-                    Err(error) if *variant != VARIANTS[0] => println!("skipped: {variant}: {error:#}"),
-                    Err(error) => return Err(error),
-                }
+                batches.push(mitsuba.render(variant, max_depth, 2, SAMPLES[1] / 2, round)?);
             }
         }
         let mine = [0, 1].map(|i| median(ours.iter().map(|rates| rates[i])));
-        for (variant, batches) in VARIANTS.iter().zip(&theirs).filter(|(_, batches)| !batches.is_empty()) {
+        for (variant, batches) in VARIANTS.iter().zip(&theirs) {
             version.clone_from(&batches[0].version);
             let rates = [0, 1].map(|i| median(batches.iter().map(|batch| batch.rates[i])));
             let millions = |rate: f64| format!("{:.2} M", rate * 1e-6);

@@ -25,7 +25,7 @@ use tyndall_scene::parameter::{Kind, Parameter};
 use tyndall_scene::volume::Mesh;
 use tyndall_scene::{Field, FieldError, Volume, World};
 
-use super::{Recording, Technique};
+use super::{Recording, Technique, plain};
 use crate::graph::{Shader, shader};
 use crate::resident::Light;
 use crate::{Gpu, RenderError};
@@ -124,6 +124,7 @@ struct Nodes {
 }
 
 async fn record(Recording { graph, resident, settings, film, world }: Recording<'_, '_>) -> Result<(), RenderError> {
+    plain(world, TECHNIQUE.name)?;
     let gpu = graph.gpu();
     let (volume, mesh) = only_mesh(world)?;
     check_size(gpu, volume, mesh)?;
@@ -170,7 +171,7 @@ async fn record(Recording { graph, resident, settings, film, world }: Recording<
         .constant("TRANSFER", transfers(volume))
         .constant("EMISSION", model != "absorption")
         .constant("ROUNDS", several)
-        .volumes(resident)
+        .world(resident)
         .read("view", &resident.view)
         .read("tile", &tile)
         .read("cells", &cells)

@@ -13,6 +13,7 @@
 //! `environment_directions` directions. Not in the model: scattered emission.
 
 mod blue_noise;
+mod environment;
 #[cfg(test)]
 mod test;
 
@@ -152,8 +153,8 @@ pub(crate) struct Scattering {
 pub(crate) struct March {
     stride: Stride,
     scattering: Scattering,
-    towards: Vec3,
     termination: f32,
+    suns: u32,
     rounds: u32,
     samples_per_round: u32,
     rays: u32,
@@ -185,8 +186,10 @@ async fn record(Recording { graph, resident, settings, film, world }: Recording<
     let scattering = model == "single_scattering";
     let traits = &resident.traits;
     let mut lights = resident.lights.clone();
-    let towards = lights.iter().find(|light| light.local == 0).map_or(Vec3::ZERO, |light| light.place);
-    lights.extend(environment_lights(resident.environment, settings.number("environment_directions") as u32));
+    // Those that shade surfaces come first.
+    lights.sort_by_key(|light| light.local);
+    let suns = lights.iter().filter(|light| light.local == 0).count() as u32;
+    lights.extend(environment::lights(resident, settings.number("environment_directions") as u32));
     let stride = Stride {
         step: settings.number("step"),
         least: 1e-3 * traits.voxel,
@@ -210,7 +213,7 @@ async fn record(Recording { graph, resident, settings, film, world }: Recording<
         _ => 1,
     };
     let termination = settings.number("termination");
-    let march = March { stride, scattering: scattered, towards, termination, rounds, samples_per_round, rays, scale };
+    let march = March { stride, scattering: scattered, termination, suns, rounds, samples_per_round, rays, scale };
     let jitter = settings.choice("jitter") == "blue_noise";
     let low = if scale > 1 { Some(low_film(gpu, resident.film, scale).await?) } else { None };
     let [width, height] = resident.film.map(|side| u64::from(side.div_ceil(scale)));
@@ -238,7 +241,7 @@ async fn record(Recording { graph, resident, settings, film, world }: Recording<
         .constant("ROUNDS", rounds > 1)
         .constant("MEAN", mean)
         .constant("JITTER", jitter)
-        .volumes(resident)
+        .world(resident)
         .read("view", &resident.view)
         .read("tile", &tile)
         .read("march", &parameters)
@@ -254,7 +257,7 @@ async fn record(Recording { graph, resident, settings, film, world }: Recording<
     let upsample = gpu.buffer("upsample", &upsample);
     graph
         .compute("upsample", &UPSAMPLE)
-        .volumes(resident)
+        .world(resident)
         .read("view", &resident.view)
         .read("tile", &tile)
         .read("upsample", &upsample)
@@ -299,13 +302,14 @@ fn rounds(
     let bricks = |step: f32| count(step.max(BRICK_CELLS as f32 / 3.0));
     let volumes = u64::from(resident.traits.count);
     let (lights, octaves) = (u64::from(scattering.lights), u64::from(scattering.octaves) + 1);
-    let per_step = 2 + 3 * volumes;
+    let looks = u64::from(resident.traits.loops);
+    let per_step = 2 + 3 * volumes + looks;
     let per_light = light_steps
         .saturating_add(bricks(scattering.stride.step))
         .saturating_mul(per_step)
         .saturating_add(octaves * (volumes + 1) + volumes);
     // Gradients and the search for surfaces have loops of their own.
-    let details = if resident.traits.shaded || resident.traits.surfaces { 64 * volumes } else { 0 };
+    let details = if resident.traits.shaded || resident.traits.surfaces { (64 + 64 * looks) * volumes } else { 0 };
     let per_sample = lights.saturating_mul(per_light).saturating_add(per_step + volumes + details);
     let passed = bricks(stride.step).saturating_mul(per_step).saturating_add(2 * volumes);
     let limit = u64::from(gpu.iterations()).saturating_sub(passed);
@@ -328,17 +332,4 @@ fn rounds(
         });
     }
     Ok((rounds as u32, samples_per_round as u32))
-}
-
-/// A constant environment as `count` parallel lights, spread evenly over the sphere on a Fibonacci spiral.
-fn environment_lights(radiance: Vec3, count: u32) -> impl Iterator<Item = Light> {
-    let golden_angle = std::f32::consts::PI * (3.0 - 5f32.sqrt());
-    let count = if radiance == Vec3::ZERO { 0 } else { count };
-    (0..count).map(move |i| {
-        let y = 1.0 - (2.0 * i as f32 + 1.0) / count as f32;
-        let (sin, cos) = (golden_angle * i as f32).sin_cos();
-        let ring = (1.0 - y * y).sqrt();
-        let direction = Vec3::new(ring * cos, y, ring * sin);
-        Light::directional(direction, radiance * (4.0 * std::f32::consts::PI / count as f32))
-    })
 }

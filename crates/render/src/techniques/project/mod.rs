@@ -13,7 +13,7 @@ mod test;
 
 use tyndall_scene::parameter::{Kind, Parameter};
 
-use super::{Recording, Technique};
+use super::{Recording, Technique, plain, without_meshes};
 use crate::RenderError;
 use crate::graph::{Shader, shader};
 
@@ -56,7 +56,9 @@ pub(crate) struct Project {
 }
 
 async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
-    let Recording { graph, resident, settings, film, .. } = recording;
+    let Recording { graph, world, resident, settings, film } = recording;
+    without_meshes(world, TECHNIQUE.name)?;
+    plain(world, TECHNIQUE.name)?;
     let gpu = graph.gpu();
     let step = settings.number("step");
     // As floats: a volume may be absurdly long.
@@ -77,7 +79,7 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
         .compute("project", &PROJECT)
         .constant("PROJECTION", projection.unwrap_or(0) as u32)
         .constant("SKIPPING", settings.choice("skipping") == "on")
-        .volumes(resident)
+        .world(resident)
         .read("view", &resident.view)
         .read("tile", &tile)
         .read("project", &project)

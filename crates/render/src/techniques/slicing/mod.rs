@@ -20,7 +20,7 @@ use glam::{Mat4, Vec3};
 use tyndall_scene::World;
 use tyndall_scene::parameter::{Kind, Parameter};
 
-use super::{Recording, Technique};
+use super::{Recording, Technique, plain, without_meshes};
 use crate::graph::{Draw, Shader, shader};
 use crate::{RenderError, layers};
 
@@ -69,6 +69,8 @@ pub(crate) struct Slicing {
 
 async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
     let Recording { graph, world, resident, settings, film } = recording;
+    without_meshes(world, TECHNIQUE.name)?;
+    plain(world, TECHNIQUE.name)?;
     layers::check(world)?;
     let gpu = graph.gpu();
     let world_from_box = bounds(world);
@@ -94,7 +96,7 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
         .raster("slices", &SLICING)
         .constant("EMISSION", settings.choice("model") == "emission")
         .constant("BACK_TO_FRONT", back_to_front)
-        .volumes(resident)
+        .world(resident)
         .read("view", &resident.view)
         .read("slicing", &slicing)
         .draw(Draw {

@@ -23,7 +23,7 @@ use glam::Mat3;
 use tyndall_scene::World;
 use tyndall_scene::parameter::{Kind, Parameter};
 
-use super::{Recording, Technique};
+use super::{Recording, Technique, plain, without_meshes};
 use crate::graph::{Draw, Shader, shader};
 use crate::resident::MAX_VOLUMES;
 use crate::{Gpu, RenderError, layers};
@@ -92,6 +92,8 @@ struct Splats {
 
 async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
     let Recording { graph, world, resident, settings, film } = recording;
+    without_meshes(world, TECHNIQUE.name)?;
+    plain(world, TECHNIQUE.name)?;
     layers::check(world)?;
     let gpu = graph.gpu();
     let (sigma, stride) = (settings.number("sigma"), settings.number("stride") as u32);

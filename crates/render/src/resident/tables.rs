@@ -1,0 +1,160 @@
+//! Functions of one number as shaders see them: transfer functions, black bodies, phase functions.
+
+use glam::Vec3;
+use tyndall_scene::description::{Optics, Transfer};
+use tyndall_scene::phase::PhaseFunction;
+use tyndall_scene::{Temperature, black_body};
+
+use crate::{Gpu, RenderError};
+
+/// Entries of a transfer function's table; a value takes the nearest one.
+pub(super) const TRANSFER_ENTRIES: u32 = 4096;
+
+/// How much a metre of a medium can change a ray, at most, where its values lie between two [m⁻¹]: its extinction, and its
+/// emission for those that do not absorb.
+pub(super) fn majorant(optics: &Optics) -> impl Fn(f32, f32) -> f32 {
+    let (knots, entry) = match optics {
+        Optics::Coefficients { .. } => (Vec::new(), 0.0),
+        // As shaders look it up: at the nearest entry.
+        Optics::Transfer(transfer) => {
+            let (first, last) = domain(transfer);
+            (transfer.knots(), (last - first) / (TRANSFER_ENTRIES - 1) as f32)
+        }
+    };
+    move |low, high| match optics {
+        Optics::Coefficients { .. } => {
+            let most = optics.at(high);
+            most.sigma_t().max_element() + most.emission.max_element()
+        }
+        Optics::Transfer(transfer) => {
+            let (low, high) = (low - entry, high + entry);
+            // A surface is seen even where nothing absorbs.
+            let surface = transfer.isosurfaces.iter().any(|surface| (low..=high).contains(&surface.value));
+            let within = knots.iter().copied().filter(|value| (low..=high).contains(value));
+            let volume = within.chain([low, high]).map(|value| transfer.sigma_a(value)).fold(0.0, f32::max);
+            if surface { volume.max(1.0 / transfer.unit_length) } else { volume }
+        }
+    }
+}
+
+/// The values between which a transfer function changes; never empty.
+pub(super) fn domain(transfer: &Transfer) -> (f32, f32) {
+    match transfer.knots().as_slice() {
+        [first, .., last] if first < last => (*first, *last),
+        [only, ..] => (*only, *only + 1.0),
+        [] => (0.0, 1.0),
+    }
+}
+
+/// The gradient [m⁻¹] at which the opacity's factor changes last; `None` where it does not depend on the gradient.
+pub(super) fn steepest(transfer: &Transfer) -> Option<f32> {
+    transfer.gradient_opacity.last().map(|stop| stop.gradient.max(f32::MIN_POSITIVE))
+}
+
+/// The lowest and highest temperature of a grid and of what is around it [K]; never alike.
+pub(super) fn temperatures(temperature: &Temperature) -> [f32; 2] {
+    let bricks = temperature.grid.grid.bricks().iter();
+    let ends = bricks.flat_map(|brick| [brick.low, brick.high]).map(|value| value * temperature.kelvin);
+    let ends = ends.chain([0.0]).map(|kelvin| (kelvin + temperature.offset).max(0.0));
+    let [low, high] = ends.fold([f32::INFINITY, 0.0], |[low, high], t| [low.min(t), high.max(t)]);
+    [low, high.max(low + 1.0)]
+}
+
+/// Tables of the media, three rows a medium: the response (colour, the radiance of an opaque body, and extinction [m⁻¹]), or
+/// the radiance of a black body; the integral of the response; and the gradient's factor of opacity.
+pub(super) async fn transfers(gpu: &Gpu, volumes: &[tyndall_scene::Volume]) -> Result<wgpu::Texture, RenderError> {
+    let size =
+        wgpu::Extent3d { width: TRANSFER_ENTRIES, height: 3 * volumes.len().max(1) as u32, depth_or_array_layers: 1 };
+    let texture = gpu
+        .texture(&wgpu::TextureDescriptor {
+            label: Some("transfers"),
+            size,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba32Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        })
+        .await?;
+    for (i, volume) in volumes.iter().enumerate() {
+        let write = |row: u32, texels: &[[f32; 4]]| write_row(gpu, &texture, 3 * i as u32 + row, texels);
+        if let Some(temperature) = &volume.temperature {
+            let [coldest, hottest] = temperatures(temperature);
+            write(0, &sampled(coldest, hottest, |t| black_body(t) * temperature.radiance_scale, |_| 0.0));
+        }
+        if let Optics::Transfer(transfer) = &volume.optics {
+            let (low, high) = domain(transfer);
+            let color = |value| transfer.color(value) * transfer.radiance;
+            let response = sampled(low, high, color, |value| transfer.sigma_a(value));
+            write(1, &integrals(&response));
+            write(0, &response);
+            if let Some(steepest) = steepest(transfer) {
+                write(2, &sampled(0.0, steepest, |gradient| Vec3::splat(transfer.gradient_factor(gradient)), |_| 1.0));
+            }
+        }
+    }
+    Ok(texture)
+}
+
+/// Phase functions that are tables, a row a medium, linear between their nodes.
+pub(super) async fn phases(gpu: &Gpu, volumes: &[tyndall_scene::Volume]) -> Result<wgpu::Texture, RenderError> {
+    let tables = volumes.iter().map(|volume| match &volume.phase {
+        PhaseFunction::Table(table) => table.values(),
+        _ => &[],
+    });
+    let width = tables.clone().map(<[_]>::len).max().unwrap_or(0).max(1) as u32;
+    let texture = gpu
+        .texture(&wgpu::TextureDescriptor {
+            label: Some("phases"),
+            size: wgpu::Extent3d { width, height: volumes.len().max(1) as u32, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba32Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        })
+        .await?;
+    for (row, values) in tables.enumerate().filter(|(_, values)| !values.is_empty()) {
+        let texels: Vec<_> = values.iter().map(|value| value.extend(0.0).to_array()).collect();
+        write_row(gpu, &texture, row as u32, &texels);
+    }
+    Ok(texture)
+}
+
+/// A function at equal distances from `low` to `high`.
+fn sampled(low: f32, high: f32, rgb: impl Fn(f32) -> Vec3, alpha: impl Fn(f32) -> f32) -> Vec<[f32; 4]> {
+    let at = |i: u32| low + (high - low) * i as f32 / (TRANSFER_ENTRIES - 1) as f32;
+    (0..TRANSFER_ENTRIES).map(at).map(|x| rgb(x).extend(alpha(x)).to_array()).collect()
+}
+
+fn write_row(gpu: &Gpu, texture: &wgpu::Texture, row: u32, texels: &[[f32; 4]]) {
+    gpu.queue.write_texture(
+        wgpu::TexelCopyTextureInfo {
+            texture,
+            mip_level: 0,
+            origin: wgpu::Origin3d { x: 0, y: row, z: 0 },
+            aspect: wgpu::TextureAspect::All,
+        },
+        bytemuck::cast_slice(texels),
+        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: None, rows_per_image: None },
+        wgpu::Extent3d { width: texels.len() as u32, height: 1, depth_or_array_layers: 1 },
+    );
+}
+
+/// The running integral of a table over its entries, the radiance multiplied by the extinction.
+fn integrals(response: &[[f32; 4]]) -> Vec<[f32; 4]> {
+    let emission = |[r, g, b, sigma]: [f32; 4]| [r * sigma, g * sigma, b * sigma, sigma].map(f64::from);
+    let mut sum = [0.0; 4];
+    let mut before = emission(response[0]);
+    let step = |texel: &[f32; 4]| {
+        let here = emission(*texel);
+        for c in 0..4 {
+            sum[c] += 0.5 * (before[c] + here[c]);
+        }
+        before = here;
+        sum.map(|sum| sum as f32)
+    };
+    std::iter::once([0.0; 4]).chain(response[1..].iter().map(step)).collect()
+}

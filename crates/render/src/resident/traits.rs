@@ -1,0 +1,83 @@
+//! What pipelines are specialised for.
+
+use tyndall_scene::description::Optics;
+use tyndall_scene::field::MAX_OCTAVES;
+use tyndall_scene::phase::PhaseFunction;
+use tyndall_scene::{Field, Volume};
+
+use super::volume::{diagonal, voxel};
+
+/// What the volumes of a world make use of, so that shaders can be specialised for it.
+#[derive(Clone, Debug)]
+pub struct Traits {
+    /// How many volumes there are.
+    pub count: u32,
+    /// Some have voxels.
+    pub grids: bool,
+    /// Some thin out exponentially.
+    pub exponentials: bool,
+    /// Some are balls, noise or expressions.
+    pub spheres: bool,
+    /// See `spheres`.
+    pub noises: bool,
+    /// See `spheres`.
+    pub expressions: bool,
+    /// Some have transfer functions.
+    pub transfers: bool,
+    /// Some are shaded by their gradients.
+    pub shaded: bool,
+    /// Some show isosurfaces.
+    pub surfaces: bool,
+    /// Some are cut by planes.
+    pub planes: bool,
+    /// Some glow by a temperature or are coloured by grids.
+    pub tinted: bool,
+    /// Some have tables for phase functions.
+    pub phase_tables: bool,
+    /// Loop iterations that a look at all fields takes.
+    pub loops: u32,
+    /// The longest way through each volume [voxels].
+    pub diagonals: Vec<f32>,
+    /// The shortest voxel edge [m]; 1 where there is no volume.
+    pub voxel: f32,
+}
+
+impl Traits {
+    pub(super) fn of(volumes: &[Volume]) -> Self {
+        let transfers = || {
+            volumes.iter().filter_map(|v| match &v.optics {
+                Optics::Transfer(transfer) => Some(transfer),
+                Optics::Coefficients { .. } => None,
+            })
+        };
+        Self {
+            count: volumes.len() as u32,
+            grids: volumes.iter().any(|v| matches!(v.field, Field::Grid(_))),
+            exponentials: volumes.iter().any(|v| matches!(v.field, Field::Exponential { .. })),
+            transfers: volumes.iter().any(|v| matches!(v.optics, Optics::Transfer(_))),
+            spheres: volumes.iter().any(|v| matches!(v.field, Field::Sphere(_))),
+            noises: volumes.iter().any(|v| matches!(v.field, Field::Noise(_))),
+            expressions: volumes.iter().any(|v| matches!(v.field, Field::Expression(_))),
+            shaded: transfers().any(|t| t.shading.is_some() || !t.gradient_opacity.is_empty()),
+            surfaces: transfers().any(|t| !t.isosurfaces.is_empty()),
+            planes: volumes.iter().any(|v| !v.clip.is_empty()),
+            tinted: volumes.iter().any(|v| v.temperature.is_some() || v.color.is_some()),
+            phase_tables: volumes.iter().any(|v| matches!(v.phase, PhaseFunction::Table(_))),
+            loops: volumes.iter().map(loops).sum(),
+            diagonals: volumes.iter().map(diagonal).collect(),
+            voxel: volumes.iter().map(voxel).reduce(f32::min).unwrap_or(1.0),
+        }
+    }
+}
+
+/// Loop iterations that a look at a field takes.
+fn loops(volume: &Volume) -> u32 {
+    match &volume.field {
+        Field::Noise(noise) => noise.fractal.octaves,
+        Field::Expression(expression) => {
+            let calls = ["noise", "fbm"].map(|name| expression.formula.text().matches(name).count() as u32);
+            calls.iter().sum::<u32>() * MAX_OCTAVES
+        }
+        _ => 0,
+    }
+}
