@@ -5,7 +5,7 @@
 
 OUT.mean.f32 and OUT.variance.f32 hold, as raw little-endian float32, height x width x 3 values: the mean of all samples
 and the unbiased variance of one sample, which comes from the spread of the batches' means. OUT.json holds the number of
-samples a pixel, the seconds spent in rendering without compilation, and the variant.
+samples a pixel, the seconds and CPU seconds spent in rendering without compilation, and the variant.
 """
 
 import argparse
@@ -128,11 +128,12 @@ def main():
 
     if not arguments.variant.startswith("scalar"):
         batch(2**31 - 1)  # compiles
-    mean, squares, seconds = 0.0, 0.0, 0.0
+    mean, squares, seconds, cpu = 0.0, 0.0, 0.0, 0.0
     for n in range(arguments.batches):
-        begun = time.perf_counter()
+        begun, spent = time.perf_counter(), time.process_time()
         image = batch(arguments.seed * arguments.batches + n)
         seconds += time.perf_counter() - begun
+        cpu += time.process_time() - spent
         delta = image - mean
         mean = mean + delta / (n + 1)
         squares = squares + delta * (image - mean)
@@ -143,6 +144,7 @@ def main():
     report = {
         "samples": arguments.batches * arguments.spp,
         "seconds": seconds,
+        "cpu_seconds": cpu,
         "variant": arguments.variant,
         "version": mi.__version__,
     }

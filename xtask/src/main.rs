@@ -25,7 +25,8 @@ Examples:
   cargo xtask bless            new golden pictures, to be looked at before they are committed
   cargo xtask bench accuracy   the marcher against the reference; writes docs/accuracy.md
   cargo xtask bench mitsuba    the reference against Mitsuba 3; writes docs/mitsuba.md
-  cargo xtask bench memory     peak memory with volumes of 512^3; writes docs/memory.md"
+  cargo xtask bench memory     peak memory with volumes of 512^3; writes docs/memory.md
+  cargo xtask bench volumes    ray marching's speed and its error; writes docs/volumes.md"
 )]
 struct Cli {
     #[command(subcommand)]

@@ -4,7 +4,7 @@
 
 OUT.f32 holds the picture as raw little-endian float32, height x width x 3 values, the top row first: display values in
 0 to 1 over black, to which no gamma was ever applied. OUT.json holds the seconds of every frame but the first, their
-median, and what rendered.
+median, that of the CPU seconds, and what rendered.
 
 `fixed` is vtkFixedPointVolumeRayCastMapper; its picture is the 15-bit one that it casts, as VTK resamples it by up to
 half a pixel on its way to the window. `opengl` is vtkOpenGLGPUVolumeRayCastMapper; its picture is the window's, of
@@ -18,7 +18,8 @@ A case has, lengths in voxels' edges and voxel (i, j, k) at the point (i, j, k):
     camera      position, target, up, fov (degrees, vertical)
     transfer    [value, opacity over one edge, [r, g, b]]..., opacity and colour linear in between
     step        between samples
-    shading     null, or direction (in which the light travels), ambient, diffuse, specular, power (Blinn-Phong)
+    shading     null, or direction (in which the light travels), ambient, diffuse, specular, power (Blinn-Phong);
+                two_sided (both sides of surfaces are lit)
 """
 
 import argparse
@@ -148,7 +149,7 @@ def main():
     renderer.SetBackground(0, 0, 0)
     renderer.SetActiveCamera(camera(case))
     renderer.AutomaticLightCreationOff()
-    renderer.TwoSidedLightingOff()
+    renderer.SetTwoSidedLighting(bool(case["shading"] and case["shading"].get("two_sided")))
     if case["shading"]:
         renderer.AddLight(light(case["shading"]["direction"]))
         if arguments.mapper == "opengl":
@@ -163,17 +164,19 @@ def main():
     window.SetSize(case["size"])
     window.AddRenderer(renderer)
 
-    seconds = []
+    seconds, cpu = [], []
     for _ in range(arguments.frames + 1):
-        begun = time.perf_counter()
+        begun, spent = time.perf_counter(), time.process_time()
         window.Render()
         window.WaitForCompletion()
         seconds.append(time.perf_counter() - begun)
+        cpu.append(time.process_time() - spent)
     picture = cast(mapper, case["size"]) if arguments.mapper == "fixed" else window_picture(window, case["size"])
     np.ascontiguousarray(picture[::-1], dtype="<f4").tofile(arguments.out + ".f32")
     capabilities = window.ReportCapabilities().splitlines()
     report = {
         "seconds": seconds[1:],
+        "cpu_seconds": statistics.median(cpu[1:]),
         "median": statistics.median(seconds[1:]),
         "first": seconds[0],
         "mapper": mapper.GetClassName(),

@@ -226,7 +226,7 @@ fn render(tyndall: &Path, folder: &Path) -> Result<Peak> {
 }
 
 /// The peak resident memory of a process so far [bytes].
-fn high_water(process: u32) -> Option<u64> {
+pub(super) fn high_water(process: u32) -> Option<u64> {
     let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     line.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok().map(|kib| kib << 10)

@@ -1,4 +1,4 @@
-mod install;
+pub(super) mod install;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -107,7 +107,7 @@ impl Arguments {
     pub fn run(&self) -> Result<()> {
         let tyndall = process::build_tyndall()?;
         let scenes = process::build(&["--example", "mitsuba"], "examples/mitsuba")?;
-        let python = install::python()?;
+        let python = install::python(&[])?;
         let llvm = if self.variant.starts_with("llvm") { Some(install::llvm()?) } else { None };
         let head = [
             "scene",

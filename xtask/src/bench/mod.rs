@@ -3,6 +3,7 @@
 mod accuracy;
 mod memory;
 mod mitsuba;
+mod volumes;
 
 use anyhow::{Context, Result};
 
@@ -14,6 +15,7 @@ pub enum Command {
     Accuracy(accuracy::Arguments),
     Mitsuba(mitsuba::Arguments),
     Memory(memory::Arguments),
+    Volumes(volumes::Arguments),
 }
 
 impl Command {
@@ -23,6 +25,7 @@ impl Command {
             Command::Accuracy(arguments) => arguments.run(),
             Command::Mitsuba(arguments) => arguments.run(),
             Command::Memory(arguments) => arguments.run(),
+            Command::Volumes(arguments) => arguments.run(),
         }
     }
 }

@@ -14,8 +14,8 @@ const PACKAGES: [&str; 3] = ["mitsuba==3.9.1", "drjit==1.5.0", "numpy==2.4.6"];
 /// with 16 it aborts ("LLVM ERROR: Cannot select").
 const LLVM: &str = "libllvm19";
 
-/// A Python with Mitsuba.
-pub fn python() -> Result<PathBuf> {
+/// A Python with Mitsuba, and with more packages.
+pub fn python(more: &[&str]) -> Result<PathBuf> {
     let folder = process::scratch("mitsuba")?.join("venv");
     let python = folder.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
     if !python.is_file() {
@@ -24,7 +24,8 @@ pub fn python() -> Result<PathBuf> {
             .context("python3 with its module venv is needed (Debian: python3-venv)")?;
     }
     let mut install = Command::new(&python);
-    process::run(install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]).args(PACKAGES))?;
+    install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]).args(PACKAGES).args(more);
+    process::run(&mut install)?;
     Ok(python)
 }
 

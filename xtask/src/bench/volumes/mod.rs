@@ -1,0 +1,115 @@
+//! `cargo xtask bench volumes`: how fast volumes are marched, and how wrong they are then.
+
+mod cost;
+mod fetch;
+mod mapping;
+mod measure;
+mod optimisations;
+mod plot;
+mod scattering;
+mod tracing;
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use clap::ValueEnum;
+
+use self::measure::{Run, Tyndall};
+use super::publish;
+use crate::driver::{self, Consent};
+use crate::process;
+
+/// Ray marching's speed against Mitsuba's and VTK's, and what its settings cost and gain; writes docs/volumes.md
+///
+/// Every part takes turns with what it is compared with, so that other load meets both; what a part finds is kept for
+/// the page, and parts can be measured again one at a time.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  cargo xtask bench volumes                 (takes half an hour)
+  cargo xtask bench volumes --only mapping
+
+Needs python3 with venv (Mitsuba and VTK come from PyPI), a Mesa EGL driver for VTK's OpenGL mapper (Debian:
+libegl1 libgl1-mesa-dri), a recent LLVM for Mitsuba's variant llvm_ad_rgb where DRJIT_LIBLLVM_PATH names it, and
+OpenVDB's Python module for the sparse clouds (Debian: python3-openvdb, of /usr/bin/python3).")]
+pub struct Arguments {
+    /// One part alone
+    #[arg(long)]
+    only: Option<Part>,
+    /// Turns whose medians are taken
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=99))]
+    rounds: u32,
+    #[command(flatten)]
+    consent: Consent,
+}
+
+/// What is measured, in the page's order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Part {
+    /// Single scattering against Mitsuba at equal error
+    Scattering,
+    /// Transfer functions against VTK's mappers
+    Mapping,
+    /// Samples per second against a bare loop of fetches
+    Fetch,
+    /// The reference's paths per second against Mitsuba's
+    Tracing,
+    /// What every optimisation gains, and its error
+    Optimisations,
+    /// Cost against sizes and step, and a sparse cloud's memory
+    Cost,
+}
+
+impl Part {
+    fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+
+    /// Measures, and gives its section of the page.
+    fn measure(self, bench: &Bench) -> Result<String> {
+        match self {
+            Part::Scattering => scattering::section(bench),
+            Part::Mapping => mapping::section(bench),
+            Part::Fetch => fetch::section(bench),
+            Part::Tracing => tracing::section(bench),
+            Part::Optimisations => optimisations::section(bench),
+            Part::Cost => cost::section(bench),
+        }
+    }
+}
+
+/// What all parts need.
+struct Bench {
+    tyndall: Tyndall,
+    /// Keeps what is measured and rendered.
+    folder: PathBuf,
+    rounds: u32,
+}
+
+impl Arguments {
+    /// Measures, and puts the page together.
+    pub fn run(&self) -> Result<()> {
+        let tyndall = process::build_tyndall()?;
+        driver::ensure(&tyndall, self.consent)?;
+        let folder = process::scratch("volumes")?;
+        let bench = Bench { tyndall: Tyndall(tyndall), folder, rounds: self.rounds };
+        let section = |part: Part| bench.folder.join(format!("{}.md", part.name()));
+        for part in Part::value_variants().iter().filter(|&&part| self.only.is_none_or(|only| only == part)) {
+            println!("{}", part.name());
+            let text = part.measure(&bench).with_context(|| format!("part {}", part.name()))?;
+            println!("\n{text}");
+            std::fs::write(section(*part), text)?;
+        }
+        let head = "# Volumes: speed and error\n\nWritten by `cargo xtask bench volumes`; every section was measured in a run of its own, \
+                    in which what is compared took turns.\n`tyndall` is of the `dev` profile; the marcher runs on the device.\n";
+        let sections = Part::value_variants().iter().filter_map(|&part| std::fs::read_to_string(section(part)).ok());
+        publish("volumes.md", &std::iter::once(head.to_owned()).chain(sections).collect::<Vec<_>>().join("\n"))
+    }
+}
+
+/// The middle value of some; of an even number the higher of two. NaN of none.
+fn median(values: impl IntoIterator<Item = f64>) -> f64 {
+    let mut values: Vec<_> = values.into_iter().collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
