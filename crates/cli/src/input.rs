@@ -11,11 +11,11 @@ use tyndall_scene::{Document, MAX_TEXT, Scene, SceneError, World};
 
 use crate::failure::Failure;
 
-/// What `render` and `reference` are told of the scene.
+/// What `render`, `reference` and `probe` are told of the scene.
 #[derive(clap::Args)]
 pub struct Input {
     /// Scene file (TOML, or JSON if it ends in .json)
-    scene: PathBuf,
+    pub scene: PathBuf,
     /// Picture size in pixels, in place of film.size
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<[u32; 2]>,

@@ -6,6 +6,7 @@ mod failure;
 mod info;
 mod input;
 mod interrupt;
+mod probe;
 mod progress;
 mod reference;
 mod render;
@@ -31,6 +32,7 @@ Examples:
   tyndall reference scenes/plume.toml -o truth.exr --depth 1 --error 0.01
   tyndall render scenes/plume.toml -o plume.exr
   tyndall compare plume.exr truth.exr --map difference.png
+  tyndall probe scenes/plume.toml --pixel 320,240 --plot ray.svg
 
 Exit codes: 0 done, 1 failed, 2 usage or bad input, 130 interrupted."
 )]
@@ -48,6 +50,7 @@ enum Command {
     Render(render::Arguments),
     Reference(reference::Arguments),
     Compare(compare::Arguments),
+    Probe(probe::Arguments),
     Info(info::Arguments),
     Schema(schema::Arguments),
 }
@@ -72,6 +75,7 @@ fn main() -> ExitCode {
         Command::Render(arguments) => arguments.run(),
         Command::Reference(arguments) => arguments.run(),
         Command::Compare(arguments) => arguments.run(),
+        Command::Probe(arguments) => arguments.run(),
         Command::Info(arguments) => arguments.run(),
         Command::Schema(arguments) => arguments.run(),
     };

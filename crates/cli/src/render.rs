@@ -30,7 +30,7 @@ pub struct Arguments {
     timings: bool,
 }
 
-/// What `render` and `demo` are told of the device.
+/// What `render`, `probe` and `demo` are told of the device.
 #[derive(clap::Args)]
 pub struct RenderingArguments {
     /// An adapter whose name contains NAME, or `cpu` for a CPU driver; default: the best there is
@@ -56,11 +56,17 @@ impl Arguments {
 }
 
 impl RenderingArguments {
+    /// Opens the device asked for.
+    pub fn open(&self) -> Result<Gpu, Failure> {
+        let gpu = pollster::block_on(Gpu::open(&choice(self.adapter.as_deref())))?;
+        tracing::info!(adapter = gpu.name(), "device");
+        Ok(gpu)
+    }
+
     /// Renders a world to a file; the adapter and its times, as lines of text.
     pub fn render(&self, world: &World, output: &Path, interrupt: &Interrupt) -> Result<String, Failure> {
         let started = Instant::now();
-        let gpu = pollster::block_on(Gpu::open(&choice(self.adapter.as_deref())))?;
-        tracing::info!(adapter = gpu.name(), "device");
+        let gpu = self.open()?;
         let bar = progress::bar();
         let rendering = pollster::block_on(tyndall::render(&gpu, world, &mut |done| {
             progress::set(&bar, done);

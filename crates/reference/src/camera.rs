@@ -26,8 +26,11 @@ impl Camera {
 
     /// Origin and unit direction of a ray through a uniformly random point of a pixel: a box filter.
     pub fn ray(&self, x: u32, y: u32, rng: &mut Random) -> (DVec3, DVec3) {
-        let u = f64::from(x) + rng.uniform();
-        let v = f64::from(y) + rng.uniform();
+        self.through(f64::from(x) + rng.uniform(), f64::from(y) + rng.uniform())
+    }
+
+    /// Origin and unit direction of the ray through a point of the film [pixel].
+    pub fn through(&self, u: f64, v: f64) -> (DVec3, DVec3) {
         (self.position, (self.corner + self.step[0] * u + self.step[1] * v).normalize())
     }
 }

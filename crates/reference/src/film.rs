@@ -22,6 +22,11 @@ impl Pixel {
         self.squares += delta * (sample - self.mean);
     }
 
+    /// The mean and its standard error; 0 where there are fewer than two samples.
+    pub fn estimate(&self) -> [DVec3; 2] {
+        [self.mean, (self.variance() / f64::from(self.samples.max(1))).map(f64::sqrt)]
+    }
+
     /// Unbiased variance of one sample; 0 where there are fewer than two.
     fn variance(&self) -> DVec3 {
         self.squares / f64::from(self.samples.saturating_sub(1).max(1))

@@ -16,6 +16,8 @@
 //! | [`sky`] | the environment map, by importance |
 //! | `near` | point lights within media |
 //! | `camera`, `film`, `render` | pixels, their mean and variance, passes |
+//! | `source` | what a point emits and scatters to the eye |
+//! | `probe` | what a camera ray meets on its way |
 //! | [`simple`] | the same truth on one page, slow |
 
 mod camera;
@@ -27,13 +29,16 @@ mod medium;
 mod near;
 mod path;
 pub mod phase;
+mod probe;
 mod random;
 mod render;
 pub mod simple;
 pub mod sky;
+mod source;
 mod tracking;
 
 pub use path::Tracer;
+pub use probe::{Estimate, Point, probe, span};
 pub use random::Random;
 pub use render::{LEAST_SAMPLES, Options, Progress, render};
 

@@ -13,8 +13,8 @@ use crate::{Random, ReferenceError};
 
 /// A world made ready for tracing.
 pub struct Tracer {
-    media: Media,
-    lights: Lights,
+    pub(crate) media: Media,
+    pub(crate) lights: Lights,
     /// One for each lamp.
     balls: Vec<Ball>,
 }
@@ -129,7 +129,7 @@ impl Tracer {
 
     /// Light that arrives at `point` and is scattered against `direction` (that of the path), per unit of weight
     /// [W·sr⁻¹·m⁻³].
-    fn scattered(
+    pub(crate) fn scattered(
         &self,
         arrival: &Arrival,
         point: DVec3,
@@ -165,7 +165,7 @@ impl Tracer {
         way * light * (ball.share(arrival.distance) / density)
     }
 
-    fn phase(&self, scatterer: &Scatterer) -> &Phase {
+    pub(crate) fn phase(&self, scatterer: &Scatterer) -> &Phase {
         &self.media.media[scatterer.medium].phase
     }
 

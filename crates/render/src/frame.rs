@@ -3,11 +3,12 @@
 use encase::ShaderSize;
 use tyndall_scene::World;
 use tyndall_scene::description::Camera;
+use tyndall_scene::parameter::Settings;
 
 use crate::display::Display;
 use crate::graph::{Graph, Tile};
 use crate::resident::{Resident, View};
-use crate::techniques::{Recording, chosen};
+use crate::techniques::{Recorded, Recording, chosen};
 use crate::{Gpu, RenderError};
 
 /// A frame of one world: passes recorded once, rendered as often as one likes. Rendering allocates nothing.
@@ -30,10 +31,20 @@ impl<'a> Frame<'a> {
     pub async fn new(gpu: &'a Gpu, world: &World) -> Result<Self, RenderError> {
         let (technique, settings) = chosen(&world.scene)?;
         let resident = Resident::new(gpu, world).await?;
+        Self::record(gpu, world, resident, &settings, technique.record).await
+    }
+
+    /// As [`new`](Self::new), for a world that is on the device, with the passes that `record` records.
+    pub(crate) async fn record(
+        gpu: &'a Gpu,
+        world: &World,
+        resident: Resident,
+        settings: &Settings,
+        record: impl for<'r> FnOnce(Recording<'r, 'a>) -> Recorded<'r>,
+    ) -> Result<Self, RenderError> {
         let film = film_texture(gpu, resident.film).await?;
         let mut graph = Graph::new(gpu);
-        let recording = Recording { graph: &mut graph, resident: &resident, settings: &settings, film: &film, world };
-        (technique.record)(recording).await?;
+        record(Recording { graph: &mut graph, resident: &resident, settings, film: &film, world }).await?;
         let profiler = wgpu_profiler::GpuProfiler::new(&gpu.device, wgpu_profiler::GpuProfilerSettings::default())
             .map_err(|error| RenderError::Pass { pass: "profiler".into(), message: error.to_string() })?;
         Ok(Self { resident, graph, film, profiler, exposure: world.scene.film.exposure, frames: 0, display: None })

@@ -3,6 +3,7 @@
 mod compare;
 mod input;
 mod output;
+mod probe;
 mod reference;
 mod render;
 mod usage;

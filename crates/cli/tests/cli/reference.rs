@@ -90,14 +90,14 @@ fn depth_limits_scattering() {
     }
 }
 
-/// Interrupts a reference that would take for ever.
+/// Interrupts a command that would take for ever.
 #[cfg(unix)]
-fn interrupted(place: &Place) {
+pub fn interrupted(place: &Place, line: &str) {
     use std::process::{Command, Stdio};
     use std::time::{Duration, Instant};
 
     let mut command = place.command();
-    command.args(["reference", "scene.toml", "-o", "a.exr", "--samples", "100000000"]);
+    command.args(line.split_whitespace());
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     std::thread::sleep(Duration::from_millis(1500));
     assert_eq!(child.try_wait().unwrap(), None, "it ended by itself");
@@ -118,7 +118,7 @@ fn interrupted(place: &Place) {
 fn ctrl_c_keeps_what_there_is() {
     let place = Place::new();
     place.write("scene.toml", SCENE.replace("[16, 12]", "[4, 3]"));
-    interrupted(&place);
+    interrupted(&place, "reference scene.toml -o a.exr --samples 100000000");
     let first = image(&place);
     let (least, most) = samples(&first);
     assert!(least >= 1 && most - least <= 1, "{least} to {most} samples");

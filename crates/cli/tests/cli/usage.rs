@@ -4,7 +4,7 @@ use std::process::Stdio;
 
 use crate::{Place, Run};
 
-const COMMANDS: [&str; 6] = ["demo", "render", "reference", "compare", "info", "schema"];
+const COMMANDS: [&str; 7] = ["demo", "render", "reference", "compare", "probe", "info", "schema"];
 
 #[test]
 fn help_shows_examples() {
@@ -42,6 +42,13 @@ fn wrong_usage_is_2() {
         "compare a.exr b.exr --fail-over rmse=x",
         "compare a.exr b.exr --fail-over rmse=nan",
         "compare a.exr b.exr --exposure inf",
+        "probe scene.toml",
+        "probe scene.toml --pixel 3",
+        "probe scene.toml --pixel 3,-1",
+        "probe scene.toml --pixel 3,1 --samples 1",
+        "probe scene.toml --pixel 3,1 --points 1",
+        "probe scene.toml --pixel 3,1 -o a.txt",
+        "probe scene.toml --pixel 3,1 --plot a.png",
         "schema now",
     ] {
         let run = place.tyndall(line).exits(2);

@@ -10,6 +10,7 @@ mod half_space;
 mod mesh;
 mod phases;
 mod pictures;
+mod probe;
 mod robust;
 mod single;
 mod sky;

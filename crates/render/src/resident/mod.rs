@@ -108,6 +108,15 @@ impl Resident {
         })
     }
 
+    /// Makes the environment map unseen; it still lights media.
+    ///
+    /// # Errors
+    /// A lack of memory.
+    pub(crate) async fn hide_sky(&mut self, gpu: &Gpu) -> Result<(), RenderError> {
+        self.sky = sky::texture(gpu, None).await?;
+        Ok(())
+    }
+
     /// How far the environment map is turned [rad].
     pub fn sky_rotation(&self) -> f32 {
         rotation(self.map.as_deref())

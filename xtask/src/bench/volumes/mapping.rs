@@ -119,12 +119,7 @@ pub fn section(bench: &Bench) -> Result<String> {
 }
 
 /// Writes a case for VTK, and our scene of it.
-fn write_case(
-    bench: &Bench,
-    name: &str,
-    dense: bool,
-    shading: &str,
-) -> Result<[PathBuf; 2]> {
+fn write_case(bench: &Bench, name: &str, dense: bool, shading: &str) -> Result<[PathBuf; 2]> {
     let mut case: Value =
         serde_json::from_str(&std::fs::read_to_string(bench.folder.join(format!("{shading}.json")))?)?;
     case["voxels"] = json!("phantom.raw");

@@ -19,7 +19,7 @@ mod looks;
 #[cfg(test)]
 mod test;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use tyndall_scene::parameter::{Kind, Parameter};
 use tyndall_scene::volume::BRICK_CELLS;
 
@@ -161,6 +161,7 @@ pub(crate) struct March {
     samples_per_round: u32,
     rays: u32,
     scale: u32,
+    reach: Vec2,
 }
 
 /// The buffer `upsample`.
@@ -181,7 +182,16 @@ struct Lights {
     lights: Vec<Light>,
 }
 
-async fn record(Recording { graph, resident, settings, film, world }: Recording<'_, '_>) -> Result<(), RenderError> {
+async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
+    // Beyond all media: FAR in math/ray.wesl.
+    record_up_to(recording, Vec2::new(1e30, 0.0)).await
+}
+
+/// As [`record`], with rays integrated no further than `reach` (`march.wesl`).
+pub(crate) async fn record_up_to(
+    Recording { graph, resident, settings, film, world }: Recording<'_, '_>,
+    reach: Vec2,
+) -> Result<(), RenderError> {
     without_meshes(world, TECHNIQUE.name)?;
     let gpu = graph.gpu();
     let model = settings.choice("model");
@@ -215,7 +225,8 @@ async fn record(Recording { graph, resident, settings, film, world }: Recording<
         _ => 1,
     };
     let termination = settings.number("termination");
-    let march = March { stride, scattering: scattered, termination, suns, rounds, samples_per_round, rays, scale };
+    let march =
+        March { stride, scattering: scattered, termination, suns, rounds, samples_per_round, rays, scale, reach };
     let jitter = settings.choice("jitter") == "blue_noise";
     let low = if scale > 1 { Some(low_film(gpu, resident.film, scale).await?) } else { None };
     let [width, height] = resident.film.map(|side| u64::from(side.div_ceil(scale)));
