@@ -133,7 +133,7 @@ impl Atlas {
         let first = self.grids.iter().find(|(other, _)| Arc::ptr_eq(other, grid)).map_or(0, |(_, first)| *first);
         let at = first + slot;
         let [nx, ny, _] = self.sides;
-        at % nx | (at / nx % ny) << 8 | at / (nx * ny) << 16
+        (at % nx) | ((at / nx % ny) << 8) | ((at / (nx * ny)) << 16)
     }
 }
 
