@@ -15,7 +15,7 @@ pub const SCENE: &str = "scenes/plume.toml";
 pub const SIZE: &str = "640x480";
 const PIXELS: f64 = 640.0 * 480.0;
 /// Samples a pixel of the reference.
-const SAMPLES: u32 = 2048;
+const SAMPLES: u32 = 512;
 /// Mitsuba's variants.
 pub const VARIANTS: [&str; 2] = ["scalar_rgb", "llvm_ad_rgb"];
 
