@@ -184,6 +184,7 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             ("NOISES", f64::from(traits.noises)),
             ("EXPRESSIONS", f64::from(traits.expressions)),
             ("TINTED", f64::from(traits.tinted)),
+            ("GREY", f64::from(traits.grey)),
             ("PHASE_TABLES", f64::from(traits.phase_tables)),
             ("SKY", f64::from(resident.map.is_some())),
             ("TRANSFERS", f64::from(traits.transfers)),

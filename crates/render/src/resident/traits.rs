@@ -30,6 +30,8 @@ pub struct Traits {
     pub surfaces: bool,
     /// Some are cut by planes.
     pub planes: bool,
+    /// No extinction differs among the channels.
+    pub grey: bool,
     /// Some glow by a temperature or are coloured by grids.
     pub tinted: bool,
     /// Some have tables for phase functions.
@@ -61,6 +63,10 @@ impl Traits {
             shaded: transfers().any(|t| t.shading.is_some() || !t.gradient_opacity.is_empty()),
             surfaces: transfers().any(|t| !t.isosurfaces.is_empty()),
             planes: volumes.iter().any(|v| !v.clip.is_empty()),
+            grey: volumes.iter().all(|v| {
+                let one = v.optics.at(1.0).sigma_t();
+                one == glam::Vec3::splat(one.x)
+            }),
             tinted: volumes.iter().any(|v| v.temperature.is_some() || v.color.is_some()),
             phase_tables: volumes.iter().any(|v| matches!(v.phase, PhaseFunction::Table(_))),
             loops: volumes.iter().map(loops).sum(),

@@ -105,7 +105,7 @@ fn a_linear_field() {
 #[test]
 fn holes() {
     let Some(gpu) = gpu() else { return };
-    for (z, length) in [(5.0, 2.0 / 3.0), (0.0, 1.0 / 3.0)] {
+    for (z, length) in [(5.0, 2.0 / 3.0f64), (0.0, 1.0 / 3.0)] {
         let text = format!(
             "camera = {{ position = [0.1, 0.06, {z}], target = [0.1, 0.06, -1], fov = 0.001 }}\nfilm.size = [2, 2]\n\
              lights.sky.constant.radiance = 1\ntechniques.cells.model = \"absorption\"\n\
