@@ -158,3 +158,41 @@ fn integrals(response: &[[f32; 4]]) -> Vec<[f32; 4]> {
     };
     std::iter::once([0.0; 4]).chain(response[1..].iter().map(step)).collect()
 }
+
+#[cfg(test)]
+mod test {
+    use tyndall_scene::description::Stop;
+
+    use super::*;
+
+    /// A value takes the nearest of 4096 entries: half an entry's slope is the most that it can be wrong by.
+    #[test]
+    fn the_table_is_as_fine_as_it_says() {
+        let stop = |value, opacity, color| Stop { value, opacity, color: Some(Vec3::splat(color)) };
+        let stops = vec![stop(10.0, 0.0, 0.0), stop(20.0, 0.5, 1.0), stop(60.0, 0.2, 0.5)];
+        let transfer = Transfer { unit_length: 1.0, radiance: 1.0, stops, ..Transfer::default() };
+        let (low, high) = domain(&transfer);
+        let table = sampled(low, high, |value| transfer.color(value), |value| transfer.sigma_a(value));
+        let entry = (high - low) / (TRANSFER_ENTRIES - 1) as f32;
+        // The steepest slopes: 1 in 10 of the colour, 1/(1 − ½) · 0.5 in 10 of the extinction.
+        for i in 0..5000 {
+            let value = low + (high - low) * i as f32 / 4999.0;
+            let [color, .., sigma] = table[((value - low) / entry + 0.5) as usize];
+            assert!((color - transfer.color(value).x).abs() <= 0.5 * entry * 0.1 * 1.01);
+            assert!((sigma - transfer.sigma_a(value)).abs() <= 0.5 * entry * 0.1 * 1.01);
+        }
+    }
+
+    /// The bound of a range of values is that of all its entries, and not much more.
+    #[test]
+    fn majorants_bound() {
+        let stop = |value, opacity| Stop { value, opacity, color: Some(Vec3::ONE) };
+        let stops = vec![stop(0.0, 0.0), stop(1.0, 0.0), stop(1.5, 0.6), stop(2.0, 0.0)];
+        let optics = Optics::Transfer(Transfer { unit_length: 1.0, radiance: 1.0, stops, ..Transfer::default() });
+        let bound = majorant(&optics);
+        assert_eq!(bound(0.0, 0.9), 0.0);
+        assert_eq!(bound(2.1, 3.0), 0.0);
+        assert!((bound(0.0, 3.0) - 0.6f32.mul_add(-1.0, 1.0).ln().abs()).abs() < 1e-3);
+        assert!(bound(1.2, 1.3) > 0.2 && bound(1.2, 1.3) < 0.6);
+    }
+}

@@ -20,7 +20,7 @@ pub fn pcg3d(v: UVec3) -> UVec3 {
     mix(v ^ (v >> 16u32))
 }
 
-/// Gradient noise, of mean 0, within ±[`LARGEST`] and 0 at lattice points. `x` is in lattice cells; each `key` has a noise of
+/// Gradient noise, of mean 0, within ±`LARGEST` and 0 at lattice points. `x` is in lattice cells; each `key` has a noise of
 /// its own.
 pub fn gradient_noise(x: Vec3, key: UVec3) -> f32 {
     let low = x.floor();

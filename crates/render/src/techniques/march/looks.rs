@@ -333,3 +333,30 @@ fn preintegration_pays() {
     assert!((with / expected - 1.0).abs() < 5e-3, "{with} for {expected}");
     assert!((without / expected - 1.0).abs() > 0.1, "{without} for {expected}");
 }
+
+/// Opacity is corrected for the step: 1 − (1 − α)^{length/unit}, however long the steps are.
+#[test]
+fn opacity_does_not_depend_on_the_step() {
+    let Some(gpu) = gpu() else { return };
+    for step in [0.3, 1.0, 7.3] {
+        let settings = format!("techniques.march = {{ model = \"absorption\", step = {step} }}\n");
+        let text = format!("{CAMERA}{SKY}{settings}{}", RAMP.replace("unit_length = 1", "unit_length = 0.25"));
+        assert_radiance(&picture(&gpu, &with_grid(world(&text), |p| p.z)), [0.5f64.powi(4); 3], tolerance::EXACT);
+    }
+}
+
+/// Rays are cut from where they enter a volume, not from the eye: an eye that moves along its rays sees the same.
+#[test]
+fn the_ray_starts_at_the_volume() {
+    let Some(gpu) = gpu() else { return };
+    let from = |z: f64| {
+        let text = format!(
+            "camera = {{ position = [0, 0, {z}], target = [0, 0, 0], fov = 0.001 }}\nfilm.size = [2, 2]\n\
+             techniques.march = {{ model = \"emission\", step = 3 }}\n{}",
+            RAMP.replace("color = [0, 0, 0] }, { value = 2", "color = [1, 0, 0] }, { value = 2")
+        );
+        picture(&gpu, &with_grid(world(&text), |p| (40.0 * p.z).sin())).pixels[0].map(f64::from)
+    };
+    let (near, far) = (from(4.0), from(4.013));
+    assert!(near[0] > 0.01 && (near[0] / far[0] - 1.0).abs() < 1e-4, "{near:?} {far:?}");
+}
