@@ -48,8 +48,7 @@ fn main() -> Result<()> {
     let adapters = pollster::block_on(tyndall::adapters());
     let adapter = adapters.first().ok_or("there is no adapter")?;
     let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
-        required_features: adapter.features()
-            & (wgpu::Features::FLOAT32_FILTERABLE | wgpu::Features::TIMESTAMP_QUERY),
+        required_features: adapter.features() & (wgpu::Features::FLOAT32_FILTERABLE | wgpu::Features::TIMESTAMP_QUERY),
         required_limits: adapter.limits(),
         ..Default::default()
     }))?;
@@ -145,7 +144,8 @@ impl Bare {
             wgpu::util::TextureDataOrder::LayerMajor,
             &halves,
         );
-        let film = device.create_texture(&texture(FILM, 1, Dimension::D2, Format::Rgba32Float, Usages::STORAGE_BINDING));
+        let film =
+            device.create_texture(&texture(FILM, 1, Dimension::D2, Format::Rgba32Float, Usages::STORAGE_BINDING));
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
             mag_filter: wgpu::FilterMode::Linear,
             min_filter: wgpu::FilterMode::Linear,
@@ -169,7 +169,8 @@ impl Bare {
             wgpu::BindingResource::Sampler(&sampler),
             wgpu::BindingResource::TextureView(&film),
         ];
-        let entries: Vec<_> = (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+        let entries: Vec<_> =
+            (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
         let layout = pipeline.get_bind_group_layout(0);
         let group =
             device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout: &layout, entries: &entries });
