@@ -42,6 +42,8 @@ const SETTINGS: [&[&str]; 20] = [
 ];
 /// No optimisation.
 const PLAIN: [&str; 3] = ["empty_space_skipping=off", "termination=0", "step=1"];
+/// What settings may add to the error to be chosen.
+const MOST_ADDED: [f64; 3] = [0.0005, 0.002, 0.01];
 /// What errors are held against: through pixels' centres, and, for what takes other rays, over the pixels.
 const FINE: [&[&str]; 2] =
     [&["step=0.2", "light_step=0.4", "termination=0"], &["step=0.5", "light_step=1", "termination=0", "samples=16"]];
@@ -78,30 +80,72 @@ pub fn section(bench: &Bench) -> Result<String> {
     let (mut plain, mut adapter) = (vec!["none: ".to_owned() + &PLAIN.join(", ")], String::new());
     for case in &cases {
         println!("{}", case.name);
-        let (first, column) = measure(bench, case, &mut adapter)?;
+        let column = measure(bench, case, &mut adapter)?;
         head.extend([format!("{}: time", case.name), "relative RMSE".into()]);
-        plain.extend(first);
+        plain.extend([format!("{:.2} s", column.plain.time), percent(column.plain.error)]);
         columns.push(column);
     }
     let mut rows = vec![head, plain];
     for (i, settings) in SETTINGS.iter().enumerate() {
         let mut row = vec![settings.join(", ")];
-        row.extend(columns.iter().flat_map(|column| column[i].clone()));
+        for found in columns.iter().map(|column| column.settings[i]) {
+            row.extend([format!("{:.2}", found.time), percent(found.error)]);
+        }
         rows.push(row);
     }
     Ok(format!(
         "## What optimisations gain, and their error\n\nOn {adapter}. Time is that of the passes, relative to the plain march of the same turn (its first row, in \
          seconds); medians of {} turns.\nWhat a row does not name is as in the plain march. The error is held against a fine march \
-         ({}),\nof rows with several samples or jitter against one over the pixels ({}).\n\n{}",
+         ({}),\nof rows with several samples or jitter against one over the pixels ({}).\n\n{}\n{}\n",
         bench.rounds,
         FINE[0].join(", "),
         FINE[1].join(", "),
-        table(&rows)
+        table(&rows),
+        choice(&columns)
     ))
 }
 
-/// The plain march's time and error, and the columns of a case.
-fn measure(bench: &Bench, case: &Case, adapter: &mut String) -> Result<([String; 2], Vec<[String; 2]>)> {
+/// A time and an error: of the plain march in seconds, of settings relative to it.
+#[derive(Clone, Copy)]
+struct Found {
+    time: f64,
+    error: f64,
+}
+
+/// What was found in a scene.
+struct Column {
+    plain: Found,
+    settings: Vec<Found>,
+}
+
+/// Whether other rays are taken than through the pixels' centres.
+fn over_pixels(settings: &[&str]) -> bool {
+    settings.iter().any(|setting| setting.starts_with("samples") || setting.starts_with("jitter"))
+}
+
+fn percent(error: f64) -> String {
+    format!("{:.2} %", 100.0 * error)
+}
+
+/// The fastest settings, in the geometric mean over the scenes, that nowhere add more than an error.
+fn choice(columns: &[Column]) -> String {
+    let best = |most: f64| {
+        let fit = (0..SETTINGS.len()).filter(|&i| {
+            !over_pixels(SETTINGS[i]) && columns.iter().all(|c| c.settings[i].error <= c.plain.error + most)
+        });
+        let mean = |i: usize| columns.iter().map(|c| c.settings[i].time.ln()).sum::<f64>() / columns.len() as f64;
+        let best = fit.map(|i| (mean(i).exp(), SETTINGS[i].join(", "))).min_by(|a, b| a.0.total_cmp(&b.0));
+        best.map_or_else(
+            || format!("- {}: none\n", percent(most)),
+            |(time, settings)| format!("- {}: {settings} (time × {time:.2})\n", percent(most)),
+        )
+    };
+    let lines: String = MOST_ADDED.into_iter().map(best).collect();
+    format!("The fastest settings that in no scene add more to the plain march's error than\n\n{lines}")
+}
+
+/// Measures a scene.
+fn measure(bench: &Bench, case: &Case, adapter: &mut String) -> Result<Column> {
     let render = |settings: &[&str], name: &str| {
         let march = settings.iter().map(|setting| format!("techniques.march.{setting}"));
         let all: Vec<_> = case.settings.iter().cloned().chain(march).collect();
@@ -128,13 +172,11 @@ fn measure(bench: &Bench, case: &Case, adapter: &mut String) -> Result<([String;
             }
             let beside: Vec<_> = PLAIN.iter().copied().chain(settings.iter().copied()).collect();
             let run = render(&beside, "setting.exr")?;
-            let other = settings.iter().any(|setting| setting.starts_with("samples") || setting.starts_with("jitter"));
+            let other = over_pixels(settings);
             errors[i] = relative_rmse(&read_exr(&run.picture)?, &fine[usize::from(other)]);
             ratios[i].push(run.pass / first.last().context("no plain march")?);
         }
     }
-    let percent = |error: f64| format!("{:.2} %", 100.0 * error);
-    let column =
-        ratios.into_iter().zip(errors).map(|(ratios, error)| [format!("{:.2}", median(ratios)), percent(error)]);
-    Ok(([format!("{:.2} s", median(first)), percent(plain_error)], column.collect()))
+    let settings = ratios.into_iter().zip(errors).map(|(ratios, error)| Found { time: median(ratios), error });
+    Ok(Column { plain: Found { time: median(first), error: plain_error }, settings: settings.collect() })
 }

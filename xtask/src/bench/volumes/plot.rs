@@ -24,11 +24,11 @@ pub fn draw(name: &str, x: &str, y: &str, lines: &[Line]) -> Result<()> {
     area.fill(&WHITE).map_err(|error| failed(&error))?;
     let mut chart = ChartBuilder::on(&area)
         .margin(10)
-        .x_label_area_size(36)
+        .x_label_area_size(44)
         .y_label_area_size(56)
         .build_cartesian_2d(of(|point| point.0), of(|point| point.1))
         .map_err(|error| failed(&error))?;
-    chart.configure_mesh().x_desc(x).y_desc(y).draw().map_err(|error| failed(&error))?;
+    chart.configure_mesh().light_line_style(TRANSPARENT).x_desc(x).y_desc(y).draw().map_err(|error| failed(&error))?;
     for (i, line) in lines.iter().enumerate() {
         let color = Palette99::pick(i).to_rgba();
         let points = line.points.iter().copied();
