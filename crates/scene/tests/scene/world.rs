@@ -138,7 +138,7 @@ fn media_share_a_grid_and_the_budget() {
 /// A map's bytes count in the hash, its texels against what the voxels leave of the budget; it is turned and scaled.
 #[test]
 fn environment_maps() {
-    let mut sky = scene(5);
+    let mut sky = scene(6);
     sky.set("lights.sky.environment.scale", "1").unwrap();
     let smoke = ("smoke.vdb", SMOKE);
     let first = World::load(sky.clone(), &Embedded(vec![smoke, ("sky.exr", SKY)]), ENOUGH).unwrap();

@@ -251,6 +251,8 @@ pub(crate) async fn record_up_to(
         .constant("EMISSION", model != "absorption")
         .constant("SCATTERING", scattering)
         .constant("PREINTEGRATED", settings.choice("preintegration") == "on")
+        .constant("SUNS", suns > 0)
+        .constant("BUSY", scattering || traits.shaded || traits.surfaces)
         .constant("ROUNDS", rounds > 1)
         .constant("MEAN", mean)
         .constant("JITTER", jitter)
