@@ -189,6 +189,33 @@ impl Gpu {
         }
     }
 
+    /// Makes a 2D texture of these texels, for shaders to load from.
+    pub(crate) async fn table(
+        &self,
+        label: &str,
+        [width, height]: [u32; 2],
+        format: wgpu::TextureFormat,
+        texels: &[u8],
+    ) -> Result<wgpu::Texture, RenderError> {
+        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+        let texture = self
+            .texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size,
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+                view_formats: &[],
+            })
+            .await?;
+        let row = width * format.block_copy_size(None).unwrap_or(4);
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
+        self.queue.write_texture(texture.as_image_copy(), texels, layout, size);
+        Ok(texture)
+    }
+
     /// Makes a buffer that holds an encase value, for shaders to read.
     ///
     /// All parameters are read-only storage buffers and none is a uniform: Mesa 22.3's CPU driver compiles a shader anew

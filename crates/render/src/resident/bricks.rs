@@ -51,25 +51,7 @@ impl<'a> Bricks<'a> {
                 advice: "Resample the largest grid.".into(),
             });
         }
-        let size = wgpu::Extent3d { width: BRICK_ROW, height, depth_or_array_layers: 1 };
-        let texture = gpu
-            .texture(&wgpu::TextureDescriptor {
-                label: Some("bricks"),
-                size,
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format: wgpu::TextureFormat::Rgba32Uint,
-                usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-                view_formats: &[],
-            })
-            .await?;
-        gpu.queue.write_texture(
-            texture.as_image_copy(),
-            bytemuck::cast_slice(&bricks),
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(BRICK_ROW * 16), rows_per_image: None },
-            size,
-        );
-        Ok(texture)
+        let texels = bytemuck::cast_slice(&bricks);
+        gpu.table("bricks", [BRICK_ROW, height], wgpu::TextureFormat::Rgba32Uint, texels).await
     }
 }

@@ -19,23 +19,9 @@ pub(super) async fn texture(gpu: &Gpu, map: Option<&EnvironmentMap>) -> Result<w
             advice: "Resample it.".into(),
         });
     }
-    let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
-    let texture = gpu
-        .texture(&wgpu::TextureDescriptor {
-            label: Some("sky"),
-            size,
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::Rgba32Float,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-            view_formats: &[],
-        })
-        .await?;
-    if let Some(map) = map {
-        let texels: Vec<[f32; 4]> = map.pixels.iter().map(|&[r, g, b]| [r, g, b, 1.0]).collect();
-        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(width * 16), rows_per_image: None };
-        gpu.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(&texels), layout, size);
-    }
-    Ok(texture)
+    let texels: Vec<[f32; 4]> = match map {
+        Some(map) => map.pixels.iter().map(|&[r, g, b]| [r, g, b, 1.0]).collect(),
+        None => vec![[0.0; 4]],
+    };
+    gpu.table("sky", [width, height], wgpu::TextureFormat::Rgba32Float, bytemuck::cast_slice(&texels)).await
 }

@@ -63,38 +63,25 @@ pub(super) fn temperatures(temperature: &Temperature) -> [f32; 2] {
 /// Tables of the media, three rows a medium: the response (colour, the radiance of an opaque body, and extinction [m⁻¹]), or
 /// the radiance of a black body; the integral of the response; and the gradient's factor of opacity.
 pub(super) async fn transfers(gpu: &Gpu, volumes: &[tyndall_scene::Volume]) -> Result<wgpu::Texture, RenderError> {
-    let size =
-        wgpu::Extent3d { width: TRANSFER_ENTRIES, height: 3 * volumes.len().max(1) as u32, depth_or_array_layers: 1 };
-    let texture = gpu
-        .texture(&wgpu::TextureDescriptor {
-            label: Some("transfers"),
-            size,
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::Rgba32Float,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-            view_formats: &[],
-        })
-        .await?;
-    for (i, volume) in volumes.iter().enumerate() {
-        let write = |row: u32, texels: &[[f32; 4]]| write_row(gpu, &texture, 3 * i as u32 + row, texels);
+    let height = 3 * volumes.len().max(1);
+    let mut rows = vec![vec![[0.0; 4]; TRANSFER_ENTRIES as usize]; height];
+    for (rows, volume) in rows.chunks_exact_mut(3).zip(volumes) {
         if let Some(temperature) = &volume.temperature {
             let [coldest, hottest] = temperatures(temperature);
-            write(0, &sampled(coldest, hottest, |t| black_body(t) * temperature.radiance_scale, |_| 0.0));
+            rows[0] = sampled(coldest, hottest, |t| black_body(t) * temperature.radiance_scale, |_| 0.0);
         }
         if let Optics::Transfer(transfer) = &volume.optics {
             let (low, high) = domain(transfer);
             let color = |value| transfer.color(value) * transfer.radiance;
-            let response = sampled(low, high, color, |value| transfer.sigma_a(value));
-            write(1, &integrals(&response));
-            write(0, &response);
+            rows[0] = sampled(low, high, color, |value| transfer.sigma_a(value));
+            rows[1] = integrals(&rows[0]);
             if let Some(steepest) = steepest(transfer) {
-                write(2, &sampled(0.0, steepest, |gradient| Vec3::splat(transfer.gradient_factor(gradient)), |_| 1.0));
+                rows[2] = sampled(0.0, steepest, |slope| Vec3::splat(transfer.gradient_factor(slope)), |_| 1.0);
             }
         }
     }
-    Ok(texture)
+    let size = [TRANSFER_ENTRIES, height as u32];
+    gpu.table("transfers", size, wgpu::TextureFormat::Rgba32Float, bytemuck::cast_slice(&rows.concat())).await
 }
 
 /// Phase functions that are tables, a row a medium, linear between their nodes.
@@ -103,44 +90,21 @@ pub(super) async fn phases(gpu: &Gpu, volumes: &[tyndall_scene::Volume]) -> Resu
         PhaseFunction::Table(table) => table.values(),
         _ => &[],
     });
-    let width = tables.clone().map(<[_]>::len).max().unwrap_or(0).max(1) as u32;
-    let texture = gpu
-        .texture(&wgpu::TextureDescriptor {
-            label: Some("phases"),
-            size: wgpu::Extent3d { width, height: volumes.len().max(1) as u32, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::Rgba32Float,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-            view_formats: &[],
-        })
-        .await?;
-    for (row, values) in tables.enumerate().filter(|(_, values)| !values.is_empty()) {
-        let texels: Vec<_> = values.iter().map(|value| value.extend(0.0).to_array()).collect();
-        write_row(gpu, &texture, row as u32, &texels);
+    let width = tables.clone().map(<[_]>::len).max().unwrap_or(0).max(1);
+    let mut texels = vec![[0.0; 4]; width * volumes.len().max(1)];
+    for (row, values) in texels.chunks_exact_mut(width).zip(tables) {
+        for (texel, value) in row.iter_mut().zip(values) {
+            *texel = value.extend(0.0).to_array();
+        }
     }
-    Ok(texture)
+    let size = [width as u32, volumes.len().max(1) as u32];
+    gpu.table("phases", size, wgpu::TextureFormat::Rgba32Float, bytemuck::cast_slice(&texels)).await
 }
 
 /// A function at equal distances from `low` to `high`.
 fn sampled(low: f32, high: f32, rgb: impl Fn(f32) -> Vec3, alpha: impl Fn(f32) -> f32) -> Vec<[f32; 4]> {
     let at = |i: u32| low + (high - low) * i as f32 / (TRANSFER_ENTRIES - 1) as f32;
     (0..TRANSFER_ENTRIES).map(at).map(|x| rgb(x).extend(alpha(x)).to_array()).collect()
-}
-
-fn write_row(gpu: &Gpu, texture: &wgpu::Texture, row: u32, texels: &[[f32; 4]]) {
-    gpu.queue.write_texture(
-        wgpu::TexelCopyTextureInfo {
-            texture,
-            mip_level: 0,
-            origin: wgpu::Origin3d { x: 0, y: row, z: 0 },
-            aspect: wgpu::TextureAspect::All,
-        },
-        bytemuck::cast_slice(texels),
-        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: None, rows_per_image: None },
-        wgpu::Extent3d { width: texels.len() as u32, height: 1, depth_or_array_layers: 1 },
-    );
 }
 
 /// The running integral of a table over its entries, the radiance multiplied by the extinction.

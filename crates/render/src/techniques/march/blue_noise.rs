@@ -9,27 +9,9 @@ const SIDE: usize = 64;
 pub(super) async fn texture(gpu: &Gpu, jitter: bool) -> Result<wgpu::Texture, RenderError> {
     let side = if jitter { SIDE } else { 1 };
     let ranks = if jitter { tile() } else { vec![0] };
-    let size = wgpu::Extent3d { width: side as u32, height: side as u32, depth_or_array_layers: 1 };
-    let texture = gpu
-        .texture(&wgpu::TextureDescriptor {
-            label: Some("blue noise"),
-            size,
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::R32Float,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-            view_formats: &[],
-        })
-        .await?;
     let values: Vec<f32> = ranks.iter().map(|&rank| (rank as f32 + 0.5) / (side * side) as f32).collect();
-    gpu.queue.write_texture(
-        texture.as_image_copy(),
-        bytemuck::cast_slice(&values),
-        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(side as u32 * 4), rows_per_image: None },
-        size,
-    );
-    Ok(texture)
+    let format = wgpu::TextureFormat::R32Float;
+    gpu.table("blue noise", [side as u32; 2], format, bytemuck::cast_slice(&values)).await
 }
 
 /// The pixels' ranks, by the void-and-cluster method [Ulichney93]: from an even pattern, the pixel in the tightest cluster
