@@ -295,6 +295,16 @@ fn skipping_changes_nothing() {
     }
 }
 
+/// Both orders of compositing give one picture, but for what termination leaves out.
+#[test]
+fn both_orders_agree() {
+    let Some(gpu) = gpu() else { return };
+    for scene in [PLUME, FIRE] {
+        let error = difference(&gpu, scene, "order = \"back_to_front\"", "termination = 0");
+        assert!(error <= 1e-4, "{error}");
+    }
+}
+
 /// Longer steps in thin parts, pre-integration, jitter and a lower resolution cost what docs/volumes.md says, and no more;
 /// and each does something.
 #[test]

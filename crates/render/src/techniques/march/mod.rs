@@ -40,6 +40,12 @@ pub const TECHNIQUE: Technique = Technique {
             kind: Kind::Choice(&["single_scattering", "emission", "absorption"]),
         },
         Parameter {
+            name: "order",
+            help: "March from the eye, and end where nothing comes through, or towards it: the picture is the same",
+            unit: "",
+            kind: Kind::Choice(&["front_to_back", "back_to_front"]),
+        },
+        Parameter {
             name: "step",
             help: "Longest step along camera rays",
             unit: "voxels",
@@ -251,6 +257,7 @@ pub(crate) async fn record_up_to(
         .constant("EMISSION", model != "absorption")
         .constant("SCATTERING", scattering)
         .constant("PREINTEGRATED", settings.choice("preintegration") == "on")
+        .constant("BACK_TO_FRONT", settings.choice("order") == "back_to_front")
         .constant("SUNS", suns > 0)
         .constant("BUSY", scattering || traits.shaded || traits.surfaces)
         .constant("ROUNDS", rounds > 1)
