@@ -43,7 +43,7 @@ impl Lights {
     pub fn new(world: &World) -> Self {
         let sky = world.environment.clone().map(Sky::new);
         let mut lights = Self { lamps: Vec::new(), environment: DVec3::ZERO, sky };
-        for light in world.scene.lights.values() {
+        for light in world.lights.values() {
             match light {
                 Light::Directional { direction, irradiance } => lights
                     .lamps

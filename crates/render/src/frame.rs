@@ -29,9 +29,10 @@ impl<'a> Frame<'a> {
     /// # Errors
     /// What does not fit the device, settings that are not accepted, and passes that the device refuses.
     pub async fn new(gpu: &'a Gpu, world: &World) -> Result<Self, RenderError> {
-        let (technique, settings) = chosen(&world.scene)?;
+        let techniques = chosen(&world.scene)?;
+        let (technique, settings) = techniques.last().expect("media always have a technique");
         let resident = Resident::new(gpu, world).await?;
-        Self::record(gpu, world, resident, &settings, technique.record).await
+        Self::record(gpu, world, resident, settings, technique.record).await
     }
 
     /// As [`new`](Self::new), for a world that is on the device, with the passes that `record` records.

@@ -45,7 +45,7 @@ fn export(scene: &Path, folder: &Path, settings: &[&str]) -> Result<()> {
     let assets = Directory(scene.parent().unwrap_or(Path::new("")).into());
     let world = World::load(description, &assets, Budget(1 << 30)).map_err(|error| error.locate(&document))?;
 
-    let plain = world.scene.lights.values().filter(|light| !matches!(light, Light::Environment { .. }));
+    let plain = world.lights.values().filter(|light| !matches!(light, Light::Environment { .. }));
     let mut lights: Vec<Value> = plain.map(|light| json!(light)).collect();
     if let Some(map) = &world.environment {
         let path = folder.join("sky.exr");

@@ -15,6 +15,7 @@ pub mod metrics;
 pub mod parameter;
 pub mod phase;
 mod placed;
+pub mod surface;
 pub mod volume;
 mod world;
 

@@ -10,16 +10,21 @@ use crate::assets::{Assets, Hashed};
 use crate::description::{Clip, Coefficients, Density, Light, Medium, Optics, Plane, Raw, Scene, TemperatureGrid};
 use crate::field::{Expression, Formula, Fractal, Noise, Sphere};
 use crate::phase::PhaseFunction;
+use crate::surface::{self, Surface};
 use crate::volume::{Budget, FileError, Grid, Mesh, VolumeError, read_grid, read_mesh};
 use crate::{Color, EnvironmentError, EnvironmentMap, FieldError, PlacedGrid, Temperature, document};
 
 /// A loaded scene.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct World {
     /// The description it was loaded from.
     pub scene: Scene,
     /// The media, in the order of their names.
     pub volumes: Vec<Volume>,
+    /// The surfaces, in the order of their names.
+    pub surfaces: Vec<Surface>,
+    /// Every light by its name, those of files included; of an environment map only that there is one.
+    pub lights: BTreeMap<String, Light>,
     /// The environment map; what light there is from a constant environment comes on top.
     pub environment: Option<Arc<EnvironmentMap>>,
     /// BLAKE3 of the description and of every asset's bytes, in hexadecimal: two worlds of one hash are one world. How
@@ -226,9 +231,11 @@ impl World {
                 color,
             });
         }
+        let surfaces = surface::load(&scene)?;
+        let lights = scene.lights.clone();
         let environment = loader.environment(&scene)?;
         let hash = loader.hasher.finalize().to_hex().to_string();
-        Ok(Self { scene, volumes, environment, hash })
+        Ok(Self { scene, volumes, surfaces, lights, environment, hash })
     }
 }
 

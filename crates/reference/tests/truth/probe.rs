@@ -78,6 +78,6 @@ fn the_whole_ray_is_single_scattering() {
     };
     compare(&dark, 0.0);
     // Paths see the sky behind the medium; a probe has only what the sky sends into it.
-    dark.scene.lights.insert("sky".into(), sky(1.0));
+    dark.lights.insert("sky".into(), sky(1.0));
     compare(&dark, 1.0);
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Mat4, Vec3};
 use tyndall_reference::{Random, Tracer};
-use tyndall_scene::description::{Angle, Light, Mie, Optics, Phase, Relative, Scene};
+use tyndall_scene::description::{Angle, Light, Mie, Optics, Phase, Relative};
 use tyndall_scene::phase::PhaseFunction;
 use tyndall_scene::volume::{Grid, Voxels};
 use tyndall_scene::{Field, Volume, World};
@@ -83,7 +83,7 @@ pub fn unit(optics: Optics) -> Volume {
 
 pub fn world(volumes: Vec<Volume>, lights: Vec<Light>) -> World {
     let lights = lights.into_iter().enumerate().map(|(i, light)| (format!("light{i}"), light)).collect();
-    World { scene: Scene { lights, ..Scene::default() }, volumes, environment: None, hash: String::new() }
+    World { volumes, lights, ..World::default() }
 }
 
 pub fn sky(radiance: f32) -> Light {

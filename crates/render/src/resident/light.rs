@@ -20,6 +20,14 @@ pub struct Light {
     pub offset: f32,
 }
 
+/// The buffer `lights`.
+#[derive(Debug, encase::ShaderType)]
+pub struct Lights {
+    /// As many as there are.
+    #[shader(size(runtime))]
+    pub lights: Vec<Light>,
+}
+
 impl Light {
     /// Parallel light that travels along `direction`.
     pub fn directional(direction: Vec3, irradiance: Vec3) -> Self {

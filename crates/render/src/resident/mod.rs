@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use tyndall_scene::{EnvironmentMap, World};
 
-pub use light::Light;
+pub use light::{Light, Lights};
 pub use view::View;
 pub use volume::{MAX_VOLUMES, Volume};
 
@@ -78,7 +78,7 @@ impl Resident {
             });
         }
         volume::check(&world.volumes)?;
-        let (lights, environment) = light::encode(&world.scene.lights);
+        let (lights, environment) = light::encode(&world.lights);
         let view = View::new(&world.scene.camera, film, environment, rotation(world.environment.as_deref()));
         let atlas = Atlas::new(gpu, &world.volumes).await?;
         let mut bricks = Bricks::new(&atlas);

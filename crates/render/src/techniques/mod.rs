@@ -9,7 +9,7 @@ pub mod splatting;
 use std::pin::Pin;
 
 use tyndall_scene::description::{Density, Optics};
-use tyndall_scene::parameter::{Parameter, Settings};
+use tyndall_scene::parameter::{Kind, Parameter, Settings};
 use tyndall_scene::{Field, FieldError, World};
 
 use crate::RenderError;
@@ -19,11 +19,60 @@ use crate::resident::Resident;
 /// Every technique, in the order of their names.
 pub const TECHNIQUES: &[Technique] = &include!(concat!(env!("OUT_DIR"), "/techniques.rs"));
 
-/// The technique of a scene that names none.
-fn default(scene: &tyndall_scene::Scene) -> &'static str {
-    let meshes = scene.media.values().all(|medium| matches!(medium.density, Density::Mesh { .. }));
-    if meshes && !scene.media.is_empty() { cells::TECHNIQUE.name } else { march::TECHNIQUE.name }
+/// What a technique does in a frame; a frame has at most one of each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Role {
+    /// How much of a light's light passes through media.
+    Shadows,
+    /// The light that surfaces send to the eye.
+    Surfaces,
+    /// Media, before what surfaces and the environment show; fills the film.
+    Media,
 }
+
+impl Role {
+    /// The technique of a scene that names none of this role.
+    fn default(self, scene: &tyndall_scene::Scene) -> Option<&'static Technique> {
+        let meshes = scene.media.values().all(|medium| matches!(medium.density, Density::Mesh { .. }));
+        match self {
+            Role::Media if meshes && !scene.media.is_empty() => Some(&cells::TECHNIQUE),
+            Role::Media => Some(&march::TECHNIQUE),
+            Role::Shadows | Role::Surfaces => None,
+        }
+    }
+}
+
+/// What a technique that scatters computes.
+const MODEL: Parameter = Parameter {
+    name: "model",
+    help: "What is computed: single scattering, or emission and absorption alone, or absorption alone",
+    unit: "",
+    kind: Kind::Choice(&["single_scattering", "emission", "absorption"]),
+};
+
+/// When a camera ray ends early.
+const TERMINATION: Parameter = Parameter {
+    name: "termination",
+    help: "Transmittance at which a camera ray ends",
+    unit: "",
+    kind: Kind::Number { min: 0.0, max: 0.5, default: 0.001 },
+};
+
+/// How many rays a pixel has.
+const SAMPLES: Parameter = Parameter {
+    name: "samples",
+    help: "Rays per pixel; one runs through the pixel's centre",
+    unit: "",
+    kind: Kind::Count { min: 1, max: 1024, default: 1 },
+};
+
+/// What a technique of blended layers computes.
+const LAYERED_MODEL: Parameter = Parameter {
+    name: "model",
+    help: "What is computed: emission and absorption, or absorption alone (for single scattering: technique march)",
+    unit: "",
+    kind: Kind::Choice(&["emission", "absorption"]),
+};
 
 /// What a technique declares of itself.
 #[derive(Clone, Copy)]
@@ -32,6 +81,8 @@ pub struct Technique {
     pub name: &'static str,
     /// One line of help.
     pub summary: &'static str,
+    /// What it does in a frame.
+    pub role: Role,
     /// Its parameters; scene files, `--set`, `tyndall info` and documentation are driven by them.
     pub parameters: &'static [Parameter],
     /// Records the passes that fill the film: radiance (rgb) and opacity (a), `Rgba32Float`.
@@ -55,26 +106,33 @@ pub struct Recording<'r, 'a> {
 /// A recording in progress; it waits for the device's verdict on each pass.
 pub type Recorded<'r> = Pin<Box<dyn Future<Output = Result<(), RenderError>> + 'r>>;
 
-/// The technique that a scene asks for (the default where it names none) with its settings.
+/// The techniques of a frame with their settings, in the order of their roles: those that the scene names, and the default
+/// of a role that none has.
 ///
 /// # Errors
-/// A technique that is not there, more than one, and settings that it does not accept.
-pub fn chosen(scene: &tyndall_scene::Scene) -> Result<(&'static Technique, Settings), RenderError> {
-    let names = || TECHNIQUES.iter().map(|technique| technique.name).collect::<Vec<_>>().join(", ");
-    let mut asked = scene.techniques.iter();
-    let (name, given) = match asked.next() {
-        Some((name, given)) => (name.as_str(), Some(given)),
-        None => (default(scene), None),
-    };
-    let technique = TECHNIQUES.iter().find(|technique| technique.name == name);
-    match (technique, asked.next()) {
-        (Some(technique), None) => Ok((technique, Settings::new(name, technique.parameters, given)?)),
-        (Some(_), Some((second, _))) => Err(RenderError::NoSuchTechnique {
-            found: second.clone(),
-            accepted: format!("one technique (the scene also has {name})"),
-        }),
-        (None, _) => Err(RenderError::NoSuchTechnique { found: name.into(), accepted: names() }),
+/// A technique that is not there, two of one role, and settings that it does not accept.
+pub fn chosen(scene: &tyndall_scene::Scene) -> Result<Vec<(&'static Technique, Settings)>, RenderError> {
+    let mut chosen: Vec<(&'static Technique, Settings)> = Vec::new();
+    for (name, given) in &scene.techniques {
+        let Some(technique) = TECHNIQUES.iter().find(|technique| technique.name == name) else {
+            let names: Vec<_> = TECHNIQUES.iter().map(|technique| technique.name).collect();
+            return Err(RenderError::NoSuchTechnique { found: name.clone(), accepted: names.join(", ") });
+        };
+        if let Some((first, _)) = chosen.iter().find(|(other, _)| other.role == technique.role) {
+            let accepted = format!("one technique of its kind (the scene also has {})", first.name);
+            return Err(RenderError::NoSuchTechnique { found: name.clone(), accepted });
+        }
+        chosen.push((technique, Settings::new(name, technique.parameters, Some(given))?));
     }
+    for role in [Role::Shadows, Role::Surfaces, Role::Media] {
+        if let (false, Some(technique)) =
+            (chosen.iter().any(|(technique, _)| technique.role == role), role.default(scene))
+        {
+            chosen.push((technique, Settings::new(technique.name, technique.parameters, None)?));
+        }
+    }
+    chosen.sort_by_key(|(technique, _)| technique.role);
+    Ok(chosen)
 }
 
 /// Refuses unstructured meshes, in the name of a technique that does not render them.

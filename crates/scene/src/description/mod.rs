@@ -13,6 +13,7 @@ mod light;
 mod medium;
 mod phase;
 pub mod quantity;
+mod surface;
 mod transfer;
 
 use std::collections::BTreeMap;
@@ -27,6 +28,7 @@ pub use grids::{ColorGrids, TemperatureGrid};
 pub use light::Light;
 pub use medium::{Coefficients, Density, Medium, Optics, Raw, Transform};
 pub use phase::{Angle, Mie, Phase, Relative};
+pub use surface::{Edge, Material, Shape, Surface};
 pub use transfer::{GradientStop, Isosurface, Shading, Stop, Transfer, Window};
 
 use crate::parameter::Value;
@@ -46,6 +48,12 @@ pub struct Scene {
     /// Participating media by name; where several overlap, their coefficients add.
     #[serde(default)]
     pub media: BTreeMap<String, Medium>,
+    /// What surfaces do to light, by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub materials: BTreeMap<String, Material>,
+    /// Surfaces by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub surfaces: BTreeMap<String, Surface>,
     /// Settings of rendering techniques, by technique and parameter name; what is absent keeps its default.
     #[serde(default)]
     pub techniques: BTreeMap<String, BTreeMap<String, Value>>,

@@ -25,9 +25,9 @@ use tyndall_scene::parameter::{Kind, Parameter};
 use tyndall_scene::volume::Mesh;
 use tyndall_scene::{Field, FieldError, Volume, World};
 
-use super::{Recording, Technique, plain};
+use super::{MODEL, Recording, Role, SAMPLES, TERMINATION, Technique, plain};
 use crate::graph::{Shader, shader};
-use crate::resident::Light;
+use crate::resident::Lights;
 use crate::{Gpu, RenderError};
 use boundary::NOWHERE;
 pub(crate) use boundary::Node;
@@ -36,13 +36,9 @@ pub(crate) use boundary::Node;
 pub const TECHNIQUE: Technique = Technique {
     name: "cells",
     summary: "Unstructured meshes, from cell to cell: absorption, emission, and single scattering",
+    role: Role::Media,
     parameters: &[
-        Parameter {
-            name: "model",
-            help: "What is computed: single scattering, or emission and absorption alone, or absorption alone",
-            unit: "",
-            kind: Kind::Choice(&["single_scattering", "emission", "absorption"]),
-        },
+        MODEL,
         Parameter {
             name: "depth_step",
             help: "Most optical depth between samples of the light, of which each cell has one at least",
@@ -55,18 +51,8 @@ pub const TECHNIQUE: Technique = Technique {
             unit: "",
             kind: Kind::Number { min: 0.0001, max: 1.0, default: 0.02 },
         },
-        Parameter {
-            name: "termination",
-            help: "Transmittance at which a camera ray ends",
-            unit: "",
-            kind: Kind::Number { min: 0.0, max: 0.5, default: 0.001 },
-        },
-        Parameter {
-            name: "samples",
-            help: "Rays per pixel; one runs through the pixel's centre",
-            unit: "",
-            kind: Kind::Count { min: 1, max: 1024, default: 1 },
-        },
+        TERMINATION,
+        SAMPLES,
     ],
     record: |recording| Box::pin(record(recording)),
 };
@@ -101,13 +87,6 @@ pub(crate) struct Tetrahedron {
 
 /// Bytes of a `Path` in `cells.wesl`.
 pub(crate) const PATH_BYTES: u64 = 64;
-
-/// The buffer `lights`.
-#[derive(Debug, encase::ShaderType)]
-struct Lights {
-    #[shader(size(runtime))]
-    lights: Vec<Light>,
-}
 
 /// The buffer `tetrahedra`.
 #[derive(Debug, encase::ShaderType)]

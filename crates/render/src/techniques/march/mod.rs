@@ -23,22 +23,18 @@ use glam::{Vec2, Vec3};
 use tyndall_scene::parameter::{Kind, Parameter};
 use tyndall_scene::volume::BRICK_CELLS;
 
-use super::{Recording, Technique, without_meshes};
+use super::{MODEL, Recording, Role, SAMPLES, TERMINATION, Technique, without_meshes};
 use crate::graph::{Shader, shader};
-use crate::resident::{Light, Resident};
+use crate::resident::{Lights, Resident};
 use crate::{Gpu, RenderError};
 
 /// Ray marching's declaration.
 pub const TECHNIQUE: Technique = Technique {
     name: "march",
     summary: "Ray marching: absorption, emission, and single scattering by an inner march to every light",
+    role: Role::Media,
     parameters: &[
-        Parameter {
-            name: "model",
-            help: "What is computed: single scattering, or emission and absorption alone, or absorption alone",
-            unit: "",
-            kind: Kind::Choice(&["single_scattering", "emission", "absorption"]),
-        },
+        MODEL,
         Parameter {
             name: "order",
             help: "March from the eye, and end where nothing comes through, or towards it: the picture is the same",
@@ -57,12 +53,7 @@ pub const TECHNIQUE: Technique = Technique {
             unit: "voxels",
             kind: Kind::Number { min: 0.01, max: 64.0, default: 2.0 },
         },
-        Parameter {
-            name: "termination",
-            help: "Transmittance at which a camera ray ends",
-            unit: "",
-            kind: Kind::Number { min: 0.0, max: 0.5, default: 0.001 },
-        },
+        TERMINATION,
         Parameter {
             name: "tolerance",
             help: "Optical depth within which steps are taken together: thin parts take longer steps (0: never)",
@@ -81,12 +72,7 @@ pub const TECHNIQUE: Technique = Technique {
             unit: "",
             kind: Kind::Choice(&["off", "on"]),
         },
-        Parameter {
-            name: "samples",
-            help: "Rays per pixel; one runs through the pixel's centre",
-            unit: "",
-            kind: Kind::Count { min: 1, max: 1024, default: 1 },
-        },
+        SAMPLES,
         Parameter {
             name: "jitter",
             help: "Where in its step a ray is sampled: in the middle, or by blue noise, of which frames add up",
@@ -180,13 +166,6 @@ pub(crate) struct Upsample {
 
 /// Bytes of a `Path` in `march.wesl`.
 pub(crate) const PATH_BYTES: u64 = 32;
-
-/// The buffer `lights`.
-#[derive(Debug, encase::ShaderType)]
-struct Lights {
-    #[shader(size(runtime))]
-    lights: Vec<Light>,
-}
 
 async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
     // Beyond all media: FAR in math/ray.wesl.

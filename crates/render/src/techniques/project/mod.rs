@@ -13,7 +13,7 @@ mod test;
 
 use tyndall_scene::parameter::{Kind, Parameter};
 
-use super::{Recording, Technique, plain, without_meshes};
+use super::{Recording, Role, Technique, plain, without_meshes};
 use crate::RenderError;
 use crate::graph::{Shader, shader};
 
@@ -21,6 +21,7 @@ use crate::graph::{Shader, shader};
 pub const TECHNIQUE: Technique = Technique {
     name: "project",
     summary: "Intensity projection: the maximum, the minimum or the average along a ray",
+    role: Role::Media,
     parameters: &[
         Parameter {
             name: "projection",

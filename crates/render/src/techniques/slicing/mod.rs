@@ -20,7 +20,7 @@ use glam::{Mat4, Vec3};
 use tyndall_scene::World;
 use tyndall_scene::parameter::{Kind, Parameter};
 
-use super::{Recording, Technique, plain, without_meshes};
+use super::{LAYERED_MODEL, Recording, Role, Technique, plain, without_meshes};
 use crate::graph::{Draw, Shader, shader};
 use crate::{RenderError, layers};
 
@@ -28,13 +28,9 @@ use crate::{RenderError, layers};
 pub const TECHNIQUE: Technique = Technique {
     name: "slicing",
     summary: "Slices perpendicular to the view, blended: emission and absorption",
+    role: Role::Media,
     parameters: &[
-        Parameter {
-            name: "model",
-            help: "What is computed: emission and absorption, or absorption alone (for single scattering: technique march)",
-            unit: "",
-            kind: Kind::Choice(&["emission", "absorption"]),
-        },
+        LAYERED_MODEL,
         Parameter {
             name: "order",
             help: "The order of drawing",

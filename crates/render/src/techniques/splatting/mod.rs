@@ -23,7 +23,7 @@ use glam::Mat3;
 use tyndall_scene::World;
 use tyndall_scene::parameter::{Kind, Parameter};
 
-use super::{Recording, Technique, plain, without_meshes};
+use super::{LAYERED_MODEL, Recording, Role, Technique, plain, without_meshes};
 use crate::graph::{Draw, Shader, shader};
 use crate::resident::MAX_VOLUMES;
 use crate::{Gpu, RenderError, layers};
@@ -34,13 +34,9 @@ pub(crate) use gather::Splat;
 pub const TECHNIQUE: Technique = Technique {
     name: "splatting",
     summary: "A Gaussian for every voxel, sorted and blended: emission and absorption",
+    role: Role::Media,
     parameters: &[
-        Parameter {
-            name: "model",
-            help: "What is computed: emission and absorption, or absorption alone (for single scattering: technique march)",
-            unit: "",
-            kind: Kind::Choice(&["emission", "absorption"]),
-        },
+        LAYERED_MODEL,
         Parameter {
             name: "sigma",
             help: "Standard deviation of the Gaussians; in voxels times `stride`",
