@@ -113,6 +113,14 @@ fn validated(root: json::Root) -> Result<Document, SurfaceError> {
             return Err(partial("camera", index));
         }
     }
+    // The crate looks accessors of positions up before it knows that they are there.
+    for (index, mesh) in root.meshes.iter().enumerate() {
+        let mut accessors = mesh.primitives.iter().flat_map(|primitive| primitive.attributes.values());
+        if let Some(accessor) = accessors.find(|accessor| accessor.value() >= root.accessors.len()) {
+            let what = format!("the mesh {index} has the accessor {}, of {}", accessor.value(), root.accessors.len());
+            return Err(SurfaceError::corrupt(what));
+        }
+    }
     let lights = root.extensions.as_ref().and_then(|extensions| extensions.khr_lights_punctual.as_ref());
     for (index, light) in lights.map_or(&[][..], |lights| &lights.lights).iter().enumerate() {
         if matches!(light.type_, Valid(Type::Spot)) && light.spot.is_none() {

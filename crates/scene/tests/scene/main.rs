@@ -17,7 +17,7 @@ mod world;
 use tyndall_scene::Document;
 
 /// The shipped scenes, by file name.
-const SCENES: [(&str, &str); 10] = [
+const SCENES: [(&str, &str); 12] = [
     ("plume.toml", include_str!("../../../../scenes/plume.toml")),
     ("fire.toml", include_str!("../../../../scenes/fire.toml")),
     ("fog.toml", include_str!("../../../../scenes/fog.toml")),
@@ -28,6 +28,8 @@ const SCENES: [(&str, &str); 10] = [
     ("cornell.toml", include_str!("../../../../scenes/cornell.toml")),
     ("cornell-mirror.toml", include_str!("../../../../scenes/cornell-mirror.toml")),
     ("furnace.toml", include_str!("../../../../scenes/furnace.toml")),
+    ("indirect.toml", include_str!("../../../../scenes/indirect.toml")),
+    ("spot.toml", include_str!("../../../../scenes/spot.toml")),
 ];
 
 /// Three lines that every scene needs.

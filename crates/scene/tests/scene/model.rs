@@ -217,3 +217,48 @@ fn a_camera_can_be_set_where_there_is_none() {
     );
     scene.check().unwrap();
 }
+
+#[path = "../../examples/hall.rs"]
+#[allow(dead_code)]
+mod hall;
+
+/// The example's hall has its 40 thousand triangles, survives being written and read, and faces inside.
+#[test]
+fn a_hall_of_forty_thousand_triangles() {
+    let glb = hall::hall().to_glb().unwrap();
+    assert!(glb.len() < 300_000, "what is shared is written once: {} bytes", glb.len());
+    let world = load(&parse("[surfaces.hall]\nshape.mesh.file = \"hall.glb\""), &[("hall.glb", &glb)]);
+    let triangles: usize = world.surfaces.iter().map(|surface| surface.mesh.triangles.len()).sum();
+    assert!((38_000..42_000).contains(&triangles), "{triangles}");
+    for surface in &world.surfaces {
+        for triangle in &surface.mesh.triangles {
+            let [a, b, c] = triangle.map(|i| surface.mesh.positions[i as usize]);
+            let shading = surface.mesh.normals[triangle[0] as usize];
+            assert!((b - a).cross(c - a).dot(shading) > 0.0, "{}", surface.name);
+        }
+    }
+    let room = world.surfaces.iter().find(|surface| surface.name == "hall/room").unwrap();
+    let [a, ..] = room.mesh.triangles[0].map(|i| room.mesh.positions[i as usize]);
+    assert!(room.mesh.normals[room.mesh.triangles[0][0] as usize].dot(a) < 0.0, "its fronts are inside");
+}
+
+/// Spot stands on the floor of its scene.
+#[test]
+fn spot_on_tiles() {
+    let folder = std::env::var_os("TYNDALL_DATA").map_or_else(
+        || std::path::PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
+        std::path::PathBuf::from,
+    );
+    let Ok(bytes) = std::fs::read(folder.join("spot.obj")) else {
+        println!("skipped: {} is not there", folder.join("spot.obj").display());
+        return;
+    };
+    let (name, text) = crate::SCENES.into_iter().find(|(name, _)| *name == "spot.toml").unwrap();
+    let tiles: &[u8] = include_bytes!("../../../../scenes/tiles.png");
+    let world = load(&Document::new(name, text).parse().unwrap(), &[("spot.obj", &bytes), ("tiles.png", tiles)]);
+    let spot = world.surfaces.iter().find(|surface| surface.name == "spot").unwrap();
+    let floor = world.surfaces.iter().find(|surface| surface.name == "floor").unwrap();
+    let gap = spot.bounds().unwrap()[0].y - floor.bounds().unwrap()[0].y;
+    assert!((0.0..0.01).contains(&gap), "{gap} m above the floor");
+    assert_eq!(spot.mesh.positions.len(), 11533);
+}

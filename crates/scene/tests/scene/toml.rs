@@ -144,7 +144,7 @@ fn lights() {
         &[
             (
                 "[light.sun]",
-                "4:2: light: found unknown field `light`; accepted: one of `camera`, `film`, `lights`, `media`, `techniques`",
+                "4:2: light: found unknown field `light`; accepted: one of `camera`, `film`, `lights`, `media`, `materials`, `surfaces`, `techniques`",
             ),
             (
                 "[lights.sun]",

@@ -207,7 +207,7 @@ fn messages() {
         ("/bufferViews/0/byteLength", json!(57), "view 0 has 57 bytes from 0 on of 56"),
         ("/bufferViews/0/byteOffset", json!(u64::MAX), ""),
         ("/bufferViews/0/byteStride", json!(4), "accessor 0: entries of 12 bytes every 4"),
-        ("/meshes/0/primitives/0/attributes/POSITION", json!(9), "meshes[0].primitives[0].attributes[\"POSITION\"]"),
+        ("/meshes/0/primitives/0/attributes/POSITION", json!(9), "the mesh 0 has the accessor 9, of 2"),
         ("/meshes/0/primitives/0/attributes/NORMAL", json!(1), "accessor 1: entries of 1 numbers; accepted: 3"),
         ("/meshes/0/primitives/0/material", json!(3), "meshes[0].primitives[0].material: Index out of bounds"),
         ("/buffers/0/uri", json!("data:,abc"), "data that is not base64"),

@@ -105,7 +105,7 @@ fn messages() {
         ("4 0 1 2 3", "4 0 1 2 5", "face 0 has the corner 5, of 5 vertices before it"),
         ("4 0 1 2 3", "4 0 1 2 -1", "face 0 has the corner -1, of 5 vertices before it"),
         ("4 0 1 2 3", "4 0 1 2 1.5", "face 0 has the corner 1.5, of 5 vertices before it"),
-        ("4 0 1 2 3", "4000 0 1 2 3", "a list of 4000 values in 28 bytes"),
+        ("4 0 1 2 3", "4000 0 1 2 3", "a list of 4000 values in 25 bytes"),
         ("3 0 1 4 0.5", "3 0 1 4", "it ends within its elements"),
         ("0 1 2 3 0.5", "0 1 2 3 half", "\"half\" is no number"),
     ] {
