@@ -225,7 +225,7 @@ fn messages() {
         (
             "/nodes/0",
             json!({ "extensions": { "KHR_lights_punctual": { "light": 0 } } }),
-            "nodes[0].extensions.KHR_lights_punctual.light: Index out of bounds",
+            "nodes[0].extensions.khrLightsPunctual.light: Index out of bounds",
         ),
         ("/scenes/0/nodes", json!([0, 0]), "the node 0 has two parents"),
     ] {
