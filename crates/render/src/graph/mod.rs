@@ -168,7 +168,7 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
         self
     }
 
-    /// The world: of what `resident/volume.wesl` and `sky.wesl` bind and are specialised for, as much as the shader uses.
+    /// The world: of what `resident/volume.wesl`, `surface.wesl` and `sky.wesl` bind and are specialised for, as much as the shader uses.
     pub fn world(mut self, resident: &Resident) -> Self {
         if let Some(source) = resident.expressions.as_ref().and_then(|text| text.splice(&self.shader.source)) {
             self.shader.source = source.into();
@@ -197,7 +197,7 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
                 self = self.constant(name, value);
             }
         }
-        let resources: [(_, Resource); 8] = [
+        let resources: [(_, Resource); 12] = [
             ("volumes", (&resident.volumes).into()),
             ("extras", (&resident.extras).into()),
             ("bricks", (&resident.bricks).into()),
@@ -206,6 +206,10 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             ("phases", (&resident.phases).into()),
             ("sky", (&resident.sky).into()),
             ("linear", (&resident.linear).into()),
+            ("vertices", (&resident.surfaces.vertices).into()),
+            ("triangles", (&resident.surfaces.triangles).into()),
+            ("materials", (&resident.surfaces.materials).into()),
+            ("texels", (&resident.surfaces.texels).into()),
         ];
         for (name, resource) in resources {
             if reflection.bindings.iter().any(|used| used.name == name) {

@@ -48,3 +48,6 @@ pub const SPLATTED_PLUME: f64 = 0.05;
 pub const SPLATTED_FIRE: f64 = 0.2;
 /// Projections at the default step of half a voxel against a 50th: a peak may lie between two samples.
 pub const PROJECTION: f64 = 0.02;
+/// As [`PROBE`], for maps of 30 to 300 texels a side that change by 1 from texel to texel: a texture coordinate's rounding, times
+/// 300; and `pow` as in [`PROBE_AGX`].
+pub const PROBE_MAP: f64 = 4e-4;
