@@ -32,6 +32,8 @@ use crate::{Gpu, RenderError};
 pub struct Resident {
     /// The camera and the film, as a buffer.
     pub view: wgpu::Buffer,
+    /// The camera of the frame before, as a buffer.
+    pub previous: wgpu::Buffer,
     /// [`MAX_VOLUMES`] of [`Volume`], as a buffer.
     pub volumes: wgpu::Buffer,
     /// The bricks of all volumes, as a texture of bits.
@@ -91,6 +93,7 @@ impl Resident {
         Ok(Self {
             atlas: atlas.texture,
             view: gpu.buffer("view", &view),
+            previous: gpu.buffer("previous", &view),
             volumes: gpu.buffer("volumes", &volumes),
             bricks,
             extras: gpu.buffer("extras", &extras),

@@ -9,7 +9,7 @@ use tyndall_scene::phase::{Blend, PhaseFunction, PhaseTable};
 use super::{gpu, tolerance};
 use crate::Gpu;
 use crate::graph::{Bindings, Resource, Shader, shader};
-use crate::math::{brdf, phase, ray, slab};
+use crate::math::{brdf, octahedral, phase, ray, slab};
 use crate::resident::expression::Expressions;
 
 /// Runs a probe: a shader that maps `input` to `output`, an invocation an element.
@@ -139,6 +139,22 @@ fn brdfs_equal_their_twin() {
         for c in 0..3 {
             assert_close(found[0][c].into(), expected[c], tolerance::PROBE / b.y, case);
         }
+    }
+}
+
+#[test]
+fn directions_come_back_packed() {
+    static OCTAHEDRAL: Shader = shader!("test/probes/octahedral");
+    let Some(gpu) = gpu() else { return };
+    let mut input: Vec<_> =
+        (0..6400).map(|i| (Vec3::from([0, 1, 2].map(|d| spread(i, d))) - 0.5).normalize().extend(0.0)).collect();
+    let axes = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| axis.extend(0.0));
+    input[..6].copy_from_slice(&[axes[0], axes[1], axes[2], -axes[0], -axes[1], -axes[2]]);
+    for (x, found) in input.iter().zip(probe(&gpu, &OCTAHEDRAL, &input)) {
+        let x = x.truncate().as_dvec3();
+        let twin = octahedral::unpack_direction(octahedral::pack_direction(x));
+        assert!(found.truncate().as_dvec3().distance(x) < tolerance::PROBE_PACKED, "{x} {found}");
+        assert!(twin.distance(x) < tolerance::PROBE_PACKED, "{x} {twin}");
     }
 }
 
