@@ -5,7 +5,7 @@
 //! medium. Depths are reversed, without a far plane.
 
 #[cfg(test)]
-mod test;
+pub mod test;
 
 use wgpu::TextureFormat::{Depth32Float, R32Uint, Rg32Float, Rgba32Float, Rgba32Uint};
 use wgpu::TextureUsages;
