@@ -38,7 +38,7 @@ pub fn hall() -> Export {
         surfaces.push(Exported { surface, light_map_texcoords: Vec::new() });
     };
     put("room".into(), &Arc::new(cuboid([16.0, 5.0, 10.0], true)), [8.0, 2.5, 5.0], &plaster);
-    let column = Arc::new(turned(48, 30));
+    let column = Arc::new(turned(48, 33));
     let [leg, seat, back, top] = [[0.04, 0.45, 0.04], [0.42, 0.04, 0.42], [0.42, 0.5, 0.03], [1.6, 0.05, 0.8]]
         .map(|size| Arc::new(cuboid(size, false)));
     let light = Arc::new(panel());
