@@ -24,7 +24,7 @@ impl Tracer {
             }
             light += self.scattered(&arrival, vertex, march, rng);
         }
-        let sought = [self.from_sky(vertex, rng), self.from_surfaces(vertex, rng)];
+        let sought = [self.sky_light(vertex, rng), self.surface_light(vertex, rng)];
         for arrival in sought.into_iter().flatten() {
             light += self.scattered(&arrival, vertex, march, rng);
         }
@@ -32,7 +32,7 @@ impl Tracer {
     }
 
     /// The environment map's light from a direction sought in it, over the sum of both densities [Veach95].
-    fn from_sky(&self, vertex: &Vertex, rng: &mut Random) -> Option<Arrival> {
+    fn sky_light(&self, vertex: &Vertex, rng: &mut Random) -> Option<Arrival> {
         let sky = self.lights.sky.as_ref()?;
         let (towards, density) = sky.sample(rng)?;
         let irradiance = sky.radiance(towards) / (density + self.chance(vertex, towards));
@@ -40,7 +40,7 @@ impl Tracer {
     }
 
     /// The light of a point sought on surfaces that shine, over the sum of both densities [Veach95].
-    fn from_surfaces(&self, vertex: &Vertex, rng: &mut Random) -> Option<Arrival> {
+    fn surface_light(&self, vertex: &Vertex, rng: &mut Random) -> Option<Arrival> {
         let light = self.surfaces.sample_light(vertex.point(), rng)?;
         let irradiance = light.emission / (light.density + self.chance(vertex, light.towards));
         Some(Arrival { travel: -light.towards, distance: light.distance, irradiance })

@@ -58,8 +58,8 @@ mod test {
     #[test]
     fn refraction_bends() {
         let view = DVec3::new(0.6, 0.0, 0.8);
-        let refracted = (0..20).map(|i| sample(1.5, view, DVec3::Z, &mut Random::new(1, i, 0)));
-        let refracted = refracted.filter(|sample| sample.towards.z < 0.0).last().unwrap();
+        let mut samples = (0..20).map(|i| sample(1.5, view, DVec3::Z, &mut Random::new(1, i, 0)));
+        let refracted = samples.find(|sample| sample.towards.z < 0.0).unwrap();
         assert!((refracted.towards.x + 0.4).abs() < 1e-15);
         assert_eq!(refracted.weight, DVec3::splat(1.0 / 2.25));
     }

@@ -10,13 +10,16 @@ use crate::worlds::*;
 /// A square of a wall of the unit cube, as its extents: one of the axes' is a number twice.
 type Patch = [[f64; 2]; 3];
 
+/// The antiderivative of a form factor in x, y, η, ξ.
+type Kernel = Box<dyn Fn(f64, f64, f64, f64) -> f64>;
+
 /// The form factor between two patches, of parallel or perpendicular walls [Ehlert93].
 fn form_factor(from: &Patch, to: &Patch) -> f64 {
     let flat = |patch: &Patch| (0..3).find(|&axis| patch[axis][0] == patch[axis][1]).unwrap();
     let (a, b) = (flat(from), flat(to));
     let times_ln = |factor: f64, x: f64| if x > 0.0 { factor * x.ln() } else { 0.0 };
     let times_atan = |x: f64, root: f64| if root > 0.0 { x * root * (x / root).atan() } else { 0.0 };
-    let (extents, kernel): ([[f64; 2]; 4], Box<dyn Fn(f64, f64, f64, f64) -> f64>) = if a == b {
+    let (extents, kernel): ([[f64; 2]; 4], Kernel) = if a == b {
         let [u, v] = [(a + 1) % 3, (a + 2) % 3];
         let z = from[a][0] - to[a][0];
         let parallel = move |x: f64, y: f64, eta: f64, xi: f64| {
