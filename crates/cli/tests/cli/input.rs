@@ -126,3 +126,17 @@ fn a_corrupt_volume() {
     let message = "media.plume.density.grid.file: \"smoke.vdb\": the file ends at byte 100000";
     place.tyndall(COMMAND).exits(2).says(&["scene.toml:18:25: ", message]);
 }
+
+/// A model in place of a scene file is rendered as it is; what is wrong with it has no line of a text that nobody wrote.
+#[test]
+fn models_are_scenes() {
+    let place = Place::new();
+    place.write("toy.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    place.tyndall("reference toy.obj -o toy.exr --size 8x8 --samples 1 --set lights.sky.constant.radiance=2").exits(0);
+    place.write("toy.obj", "f 1 2 3\n");
+    place.tyndall("reference toy.obj -o bad.exr --samples 1").exits(2).says(&[
+        "toy.obj: surfaces.model.shape.mesh.file: \"toy.obj\": the file is corrupt: line 1: a corner of vertex 1, of 0",
+    ]);
+    place.tyndall("reference none.ply -o bad.exr --samples 1").exits(2).says(&["cannot read \"none.ply\""]);
+    assert_eq!(place.names(), ["scene.toml", "toy.exr", "toy.obj"]);
+}

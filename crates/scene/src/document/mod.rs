@@ -85,12 +85,15 @@ impl Document {
     }
 
     /// The scene that a file of surfaces is by itself (`.gltf`, `.glb`, `.obj`, `.ply`), by its path as `assets` take it: it
-    /// alone, as `surfaces.model`, taken by its first camera, or by one that sees all of it. Where it has no light that is
-    /// an even sky, `lights.sky`.
+    /// alone, as `surfaces.model`, taken by its first camera, or by one that sees all of it. Where it has no light there is
+    /// a pale sky, `lights.sky`, and a sun from the upper left, `lights.sun`.
     pub fn model(file: &str, assets: &dyn Assets) -> Self {
         let mut scene = serde_json::json!({ "surfaces": { "model": { "shape": { "mesh": { "file": file } } } } });
         if !surface::gives_light(file, assets) {
-            scene["lights"] = serde_json::json!({ "sky": { "constant": { "radiance": 1.0 } } });
+            scene["lights"] = serde_json::json!({
+                "sky": { "constant": { "radiance": 0.4 } },
+                "sun": { "directional": { "direction": [0.5, -1.0, -0.7], "irradiance": 2.5 } },
+            });
         }
         Self { name: file.into(), text: scene.to_string(), format: Format::Json, made: true }
     }
