@@ -8,7 +8,7 @@ use tyndall_scene::metrics::linear::linear_errors;
 
 use crate::resident::surfaces::triangles;
 use crate::surfaces::test::{cast, through, view_of};
-use crate::test::{gpu, picture, tolerance, world};
+use crate::test::{gpu, picture, render, tolerance, world};
 
 const SCENE: &str = "camera = { position = [1.6, 1.5, 3.4], target = [0, 0.5, 0], fov = 40 }\nfilm.size = [48, 36]\n\
     surfaces.floor = { shape.quad = { corner = [-2, 0, 2], edges = [[4, 0, 0], [0, 0, -4]] } }\n\
@@ -20,6 +20,10 @@ const SCENE: &str = "camera = { position = [1.6, 1.5, 3.4], target = [0, 0.5, 0]
 
 /// Smoke beside the ball, above the floor.
 const SMOKE: &str = "[media.smoke]\ndensity.sphere = { center = [-0.5, 0.6, 0.7], radius = 0.5, falloff = 0.3 }\n\
+    optics.coefficients = { sigma_s = 4, sigma_a = 1 }\n";
+
+/// A long bar of smoke.
+const MANY: &str = "[media.bar]\ndensity.noise = { min = [-9, 3, 0], max = [9, 3.1, 0.1], scale = 1 }\n\
     optics.coefficients = { sigma_s = 4, sigma_a = 1 }\n";
 
 /// The reference's light of the first order through the middle of every pixel, the mean of so many paths.
@@ -135,6 +139,51 @@ fn smoke_over_a_floor_agrees_with_the_reference() {
     let sun = "lights.sun.directional = { direction = [-2, -1.5, -1], irradiance = 3 }\n";
     let Some(error) = error(&format!("{sun}techniques.march.step = 0.5\n{SMOKE}"), 64) else { return };
     assert!(error <= tolerance::DIRECT_SMOKE, "{error}");
+}
+
+/// Marched towards the eye, the picture is the same; at half the resolution it is nearly so, and surfaces keep theirs.
+#[test]
+fn media_end_at_surfaces_however_they_are_marched() {
+    let Some(gpu) = gpu() else { return };
+    let of = |settings: &str, smoke: &str| {
+        let sun = "lights.sun.directional = { direction = [-2, -1.5, -1], irradiance = 3 }";
+        let text = format!("{SCENE}{sun}\ntechniques.march = {{ {settings} }}\n{smoke}");
+        picture(&gpu, &world(&text))
+    };
+    let (whole, clear) = (of("", SMOKE), of("", ""));
+    let turned = linear_errors(&of("order = \"back_to_front\"", SMOKE), &whole).relative_rmse;
+    assert!(turned <= tolerance::SURFACE_ORDER, "{turned}");
+    let half = linear_errors(&of("resolution = \"half\"", SMOKE), &whole).relative_rmse;
+    assert!(half <= tolerance::SURFACE_HALF && half > 0.0, "{half}");
+    assert_eq!(of("resolution = \"half\"", "").pixels, clear.pixels);
+    let smoke = linear_errors(&clear, &whole).relative_rmse;
+    assert!(smoke > 10.0 * tolerance::SURFACE_HALF, "the smoke is seen: {smoke}");
+}
+
+/// What does not end at surfaces refuses them.
+#[test]
+fn other_techniques_say_that_they_have_no_surfaces() {
+    let Some(gpu) = gpu() else { return };
+    for technique in ["project", "slicing", "splatting"] {
+        let result = render(&gpu, &world(&format!("{SCENE}techniques.{technique} = {{}}\n{SMOKE}")));
+        let message = result.err().map(|error| error.to_string()).unwrap_or_default();
+        assert!(message.contains("surfaces.ball") && message.contains("techniques.march"), "{message}");
+    }
+}
+
+/// More maps than the atlas holds, and more steps than an invocation stands, are said before they are made.
+#[test]
+fn what_does_not_fit_is_refused() {
+    let Some(gpu) = gpu() else { return };
+    let sky = "lights.sky.constant.radiance = 1\n";
+    for (settings, says) in [
+        ("environment_directions = 1024, shadow_resolution = 8192", "shadow_resolution"),
+        ("light_step = 0.01", "light_step"),
+    ] {
+        let result = render(&gpu, &world(&format!("{SCENE}{sky}techniques.direct = {{ {settings} }}\n{}", MANY)));
+        let message = result.err().map(|error| error.to_string()).unwrap_or_default();
+        assert!(message.contains(says), "{settings}: {message}");
+    }
 }
 
 /// The tests see a light that is a tenth too bright.
