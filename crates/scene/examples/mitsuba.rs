@@ -85,7 +85,8 @@ fn export(scene: &Path, folder: &Path, settings: &[&str]) -> Result<()> {
         }));
     }
     let surfaces = world.surfaces.iter().enumerate();
-    let surfaces = surfaces.map(|(index, surface)| export_surface(surface, &folder.join(format!("surface{index}.ply"))));
+    let surfaces =
+        surfaces.map(|(index, surface)| export_surface(surface, &folder.join(format!("surface{index}.ply"))));
     let scene = json!({
         "size": world.scene.film.size,
         "camera": world.scene.camera,

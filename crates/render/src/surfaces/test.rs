@@ -126,3 +126,24 @@ fn motion_is_from_the_frame_before() {
     }
     assert!(near > 1000 && far > 1000, "{near} {far}");
 }
+
+/// Of a frame, motion is since the rendering before: none where the camera stands.
+#[test]
+fn a_frame_remembers_its_camera() {
+    let Some(gpu) = gpu() else { return };
+    let world = world(SCENE);
+    let mut frame = pollster::block_on(crate::Frame::new(&gpu, &world)).unwrap();
+    let mut longest = |frame: &mut crate::Frame| {
+        frame.render();
+        let motion = &frame.gbuffer().unwrap().motion;
+        let motion: Vec<[f32; 2]> = pollster::block_on(read_texels(&gpu, motion)).unwrap();
+        motion.iter().map(|&v| Vec2::from(v).length()).fold(0.0, f32::max)
+    };
+    assert!(longest(&mut frame) < tolerance::MOTION as f32);
+    let mut camera = world.scene.camera.clone();
+    camera.position.x += 0.1;
+    frame.set_camera(&camera);
+    let moved = longest(&mut frame);
+    assert!(moved > 1.0 && moved < 20.0, "{moved}");
+    assert!(longest(&mut frame) < tolerance::MOTION as f32);
+}

@@ -1,10 +1,12 @@
 //! Every kind of light against the reference, which follows light to its first surface; and smoke over a floor.
 
+use std::sync::Arc;
+
 use glam::{DVec3, Vec2};
 use tyndall_reference::{Random, Tracer};
-use tyndall_scene::World;
 use tyndall_scene::image::Image;
 use tyndall_scene::metrics::linear::linear_errors;
+use tyndall_scene::{EnvironmentMap, World};
 
 use crate::resident::surfaces::triangles;
 use crate::surfaces::test::{cast, through, view_of};
@@ -58,6 +60,28 @@ fn lights_without_a_size_agree_with_the_reference() {
         let Some(error) = error(&format!("{light}\ntechniques.direct.shadow_radius = 0.5"), 1) else { return };
         assert!(error <= tolerance::DIRECT, "{light}: {error}");
     }
+}
+
+/// What has a size, on rough metal, too: the reference's noise is some 2 %.
+#[test]
+fn lights_with_a_size_agree_with_the_reference() {
+    for light in [
+        "surfaces.lamp = { shape.quad = { corner = [0.5, 2, 0], edges = [[1, 0, 0], [0, 0, 1]] }, radiance = [3, 2, 1] }",
+        "surfaces.lamp = { shape.sphere = { center = [1.5, 1.6, 0.5], radius = 0.2 }, radiance = [9, 6, 3] }",
+        "lights.sky.constant.radiance = [1, 2, 3]",
+    ] {
+        let Some(error) = error(light, 64) else { return };
+        assert!(error <= tolerance::DIRECT_SIZE, "{light}: {error}");
+    }
+    // A sky that is bright towards the sun, all around.
+    let Some(gpu) = gpu() else { return };
+    let mut world = world(SCENE);
+    let pixels =
+        (0..32 * 16).map(|i| [0.3 + 6.0 * (-0.02 * ((i % 32 - 20i32).pow(2) + (i / 32 - 3).pow(2)) as f32).exp(); 3]);
+    let map = Image { width: 32, height: 16, pixels: pixels.collect(), ..Default::default() };
+    world.environment = Some(Arc::new(EnvironmentMap::new(map, 0.0).unwrap()));
+    let error = linear_errors(&picture(&gpu, &world), &reference(&world, 64)).relative_rmse;
+    assert!(error <= tolerance::DIRECT_SIZE, "map: {error}");
 }
 
 /// Floor, wall and block without the ball, of Lambert's kind, in this light: how far the picture is from a sum over so many
