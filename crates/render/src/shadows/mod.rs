@@ -24,7 +24,7 @@
 mod test;
 
 use glam::{UVec2, Vec3, Vec4};
-use tyndall_scene::parameter::{Kind, Parameter};
+use tyndall_scene::parameter::{Kind, Parameter, Settings};
 use wgpu::TextureUsages;
 
 use crate::graph::{Draw, Graph, Region, Shader, shader};
@@ -74,6 +74,13 @@ pub struct Options {
     pub cascades: u32,
     /// How far filters reach [texels].
     pub radius: f32,
+}
+
+impl Options {
+    /// For media, whose technique has the parameter [`RESOLUTION`]: what scatters along a ray needs no filter.
+    pub(crate) fn of_media(settings: &Settings) -> Self {
+        Self { resolution: settings.number(RESOLUTION.name) as u32, cascades: 4, radius: 0.5 }
+    }
 }
 
 /// A map to be fitted (`fit.wesl`).

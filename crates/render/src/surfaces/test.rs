@@ -133,7 +133,7 @@ fn a_frame_remembers_its_camera() {
     let Some(gpu) = gpu() else { return };
     let world = world(SCENE);
     let mut frame = pollster::block_on(crate::Frame::new(&gpu, &world)).unwrap();
-    let mut longest = |frame: &mut crate::Frame| {
+    let longest = |frame: &mut crate::Frame| {
         frame.render();
         let motion = &frame.gbuffer().unwrap().motion;
         let motion: Vec<[f32; 2]> = pollster::block_on(read_texels(&gpu, motion)).unwrap();
