@@ -260,7 +260,7 @@ fn rounds(gpu: &Gpu, cells: &Cells, steps: u64) -> Result<(u32, u32), RenderErro
     /// The faces of a cell, and the loop around them.
     const CROSSING: u64 = 5;
     let [lights, visits] = [cells.lights, cells.visits].map(u64::from);
-    let per_light = 1 + CROSSING * u64::from(cells.light_cells) + visits;
+    let per_light = 1 + CROSSING * u64::from(cells.light_cells) + visits + shadows::ITERATIONS;
     let per_step = lights.saturating_mul(per_light).saturating_add(CROSSING + visits);
     let limit = u64::from(gpu.iterations());
     if per_step > limit {

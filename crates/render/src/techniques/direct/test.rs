@@ -201,9 +201,10 @@ fn other_techniques_say_that_they_have_no_surfaces() {
 #[test]
 fn what_does_not_fit_is_refused() {
     let Some(gpu) = gpu() else { return };
-    let sky = "lights.sky.constant.radiance = 1\n";
+    let sky = "lights.sky.constant.radiance = 1\nsurfaces.lamp = { shape.sphere = { center = [1.5, 1.6, 0.5], radius = 0.2 }, radiance = 1 }\n";
     for (settings, says) in [
         ("environment_directions = 1024, shadow_resolution = 8192", "shadow_resolution"),
+        ("area_points = 4096, shadow_resolution = 64", "area_points"),
         ("light_step = 0.01", "light_step"),
     ] {
         let result = render(&gpu, &world(&format!("{SCENE}{sky}techniques.direct = {{ {settings} }}\n{}", MANY)));

@@ -318,7 +318,7 @@ fn rounds(
     let per_light = light_steps
         .saturating_add(bricks(scattering.stride.step))
         .saturating_mul(per_step)
-        .saturating_add(octaves * (volumes + 1) + volumes);
+        .saturating_add(octaves * (volumes + 1) + volumes + shadows::ITERATIONS);
     // Gradients and the search for surfaces have loops of their own.
     let details = if resident.traits.shaded || resident.traits.surfaces { (64 + 64 * looks) * volumes } else { 0 };
     let per_sample = lights.saturating_mul(per_light).saturating_add(per_step + volumes + details);
