@@ -147,3 +147,29 @@ fn a_frame_remembers_its_camera() {
     assert!(moved > 1.0 && moved < 20.0, "{moved}");
     assert!(longest(&mut frame) < tolerance::MOTION as f32);
 }
+
+/// Colours of vertices come through to what is lit, as the reference has them.
+#[test]
+fn colours_of_vertices() {
+    let Some(gpu) = gpu() else { return };
+    let sun = "[lights]\nsun.directional = { direction = [-1, -3, -1], irradiance = 3 }\n";
+    let mut world = world(&format!("{SCENE}{sun}"));
+    let color = glam::Vec4::new(0.5, 0.3, 1.0, 1.0);
+    for surface in &mut world.surfaces {
+        let mesh = std::sync::Arc::make_mut(&mut surface.mesh);
+        mesh.colors = vec![color; mesh.positions.len()];
+    }
+    let colored = crate::test::picture(&gpu, &world);
+    for surface in &mut world.surfaces {
+        std::sync::Arc::make_mut(&mut surface.mesh).colors.clear();
+    }
+    let plain = crate::test::picture(&gpu, &world);
+    for (colored, plain) in colored.pixels.iter().zip(&plain.pixels) {
+        for c in 0..3 {
+            // The root of a channel is rounded to 8 bits.
+            let packed = ((255.0 * color[c].sqrt()).round() / 255.0).powi(2);
+            assert!((colored[c] - packed * plain[c]).abs() <= 1e-5 * plain[c], "{colored:?} {plain:?}");
+        }
+    }
+    assert!(plain.pixels.iter().any(|pixel| pixel[0] > 0.1));
+}
