@@ -166,6 +166,33 @@ fn smoke_over_a_floor_agrees_with_the_reference() {
     assert!(error <= tolerance::DIRECT_SMOKE, "{error}");
 }
 
+/// A roof over half of a thin medium keeps the sun from that half, and from no more.
+#[test]
+fn media_receive_shadows() {
+    let Some(gpu) = gpu() else { return };
+    let of = |roof: &str| {
+        let text = format!(
+            "camera = {{ position = [0, 0, 5], target = [0, 0, 0], fov = 2 }}\nfilm.size = [40, 4]\n\
+             lights.sun.directional = {{ direction = [0, -1, 0], irradiance = 1 }}\n{roof}\n[media.m]\n\
+             density.homogeneous = {{ min = [-0.8, -0.5, -0.5], max = [0.8, 0.5, 0.5] }}\noptics.coefficients.sigma_s = 0.1"
+        );
+        picture(&gpu, &world(&text))
+    };
+    let (open, roofed) =
+        (of(""), of("surfaces.roof.shape.quad = { corner = [0, 0.9, 2], edges = [[2, 0, 0], [0, 0, -4]] }"));
+    // Rays converge: near the edge they see both halves.
+    for (i, (open, roofed)) in open.pixels.iter().zip(&roofed.pixels).enumerate() {
+        match i % 40 {
+            0..=17 => {
+                assert!((f64::from(open[0] / roofed[0]) - 1.0).abs() < tolerance::EXACT, "{i}: {open:?} {roofed:?}")
+            }
+            22..=39 => assert_eq!(*roofed, [0.0; 3], "{i}"),
+            _ => {}
+        }
+    }
+    assert!(open.pixels[30][0] > 1e-3);
+}
+
 /// Marched towards the eye, the picture is the same; at half the resolution it is nearly so, and surfaces keep theirs.
 #[test]
 fn media_end_at_surfaces_however_they_are_marched() {
