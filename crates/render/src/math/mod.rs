@@ -3,3 +3,4 @@
 pub mod phase;
 pub mod ray;
 pub mod slab;
+pub mod transmittance;

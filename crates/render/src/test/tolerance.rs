@@ -48,3 +48,12 @@ pub const SPLATTED_PLUME: f64 = 0.05;
 pub const SPLATTED_FIRE: f64 = 0.2;
 /// Projections at the default step of half a voxel against a 50th: a peak may lie between two samples.
 pub const PROJECTION: f64 = 0.02;
+/// A basis of transmittance in double precision where it is exact: sums of some ten terms.
+pub const TWIN: f64 = 1e-12;
+/// A homogeneous segment against 20,000 primitives in it: second order in their distance but at edges, where a primitive lies
+/// on one side or the other: 3 · 0.48/20,000 times a basis function, at most √65 and 8.
+pub const MANY_PRIMITIVES: f64 = 6e-4;
+/// Layers told apart by as few moments as suffice, nearly without bias: rounding of 1e-16, amplified by how near they lie.
+pub const MOMENTS: f64 = 1e-4;
+/// As [`MOMENTS`], with the bias for 32-bit floats, of 8 moments 5e-5: amplified likewise.
+pub const BIASED_MOMENTS: f64 = 0.05;
