@@ -5,6 +5,7 @@ mod bricks;
 pub mod expression;
 mod light;
 mod sky;
+pub mod surfaces;
 mod tables;
 mod traits;
 mod view;
@@ -15,6 +16,7 @@ use std::sync::Arc;
 use tyndall_scene::{EnvironmentMap, World};
 
 pub use light::{Light, Lights};
+pub use surfaces::Surfaces;
 pub use view::View;
 pub use volume::{MAX_VOLUMES, Volume};
 
@@ -30,6 +32,8 @@ use crate::{Gpu, RenderError};
 pub struct Resident {
     /// The camera and the film, as a buffer.
     pub view: wgpu::Buffer,
+    /// The camera of the frame before, as a buffer.
+    pub previous: wgpu::Buffer,
     /// [`MAX_VOLUMES`] of [`Volume`], as a buffer.
     pub volumes: wgpu::Buffer,
     /// The bricks of all volumes, as a texture of bits.
@@ -48,6 +52,8 @@ pub struct Resident {
     pub linear: wgpu::Sampler,
     /// What pipelines can be specialised for.
     pub traits: Traits,
+    /// The surfaces.
+    pub surfaces: Surfaces,
     /// Lights but the environment, for techniques to extend and upload.
     pub lights: Vec<Light>,
     /// Radiance of the constant environment [W·sr⁻¹·m⁻²].
@@ -87,6 +93,7 @@ impl Resident {
         Ok(Self {
             atlas: atlas.texture,
             view: gpu.buffer("view", &view),
+            previous: gpu.buffer("previous", &view),
             volumes: gpu.buffer("volumes", &volumes),
             bricks,
             extras: gpu.buffer("extras", &extras),
@@ -100,6 +107,7 @@ impl Resident {
                 ..Default::default()
             }),
             traits: Traits::of(&world.volumes),
+            surfaces: Surfaces::new(gpu, &world.surfaces).await?,
             lights,
             environment,
             sky: sky::texture(gpu, world.environment.as_deref()).await?,

@@ -4,7 +4,7 @@ use encase::private::StructMetadata;
 use encase::{ShaderSize, ShaderType};
 
 use crate::graph::{Shader, Tile};
-use crate::resident::{Light, View, Volume};
+use crate::resident::{Light, View, Volume, surfaces};
 use crate::{display, techniques};
 
 /// Every shader that the build linked.
@@ -56,6 +56,9 @@ fn shared_structs_have_one_layout() {
         rust_layout::<techniques::slicing::Slicing, _>(),
         shader_layout("techniques/slicing/slicing", "Slicing")
     );
+    let surface = "test/probes/surface";
+    assert_eq!(rust_layout::<surfaces::Vertex, _>(), shader_layout(surface, "Vertex"));
+    assert_eq!(rust_layout::<surfaces::Material, _>(), shader_layout(surface, "Material"));
     let splats = "techniques/splatting/splats";
     assert_eq!(rust_layout::<techniques::splatting::Splat, _>(), shader_layout(splats, "Splat"));
     assert_eq!(rust_layout::<techniques::splatting::Kernel, _>(), shader_layout(splats, "Kernel"));

@@ -21,7 +21,7 @@ use tyndall_scene::World;
 use tyndall_scene::parameter::{Kind, Parameter};
 
 use super::{LAYERED_MODEL, Recording, Role, Technique, plain, without_meshes};
-use crate::graph::{Draw, Shader, shader};
+use crate::graph::{Draw, Shader, Target, shader};
 use crate::{RenderError, layers};
 
 /// Slicing's declaration.
@@ -99,8 +99,12 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
             vertices: 12,
             instances: if world.volumes.is_empty() { 0 } else { most as u32 + 1 },
             batch: BATCH,
-            target: &target,
-            blend: if back_to_front { layers::OVER } else { layers::UNDER },
+            target: Some(Target {
+                texture: &target,
+                blend: Some(if back_to_front { layers::OVER } else { layers::UNDER }),
+            }),
+            depth: None,
+            regions: None,
         })
         .await?;
     layers::before_environment(graph, resident, &target, film).await

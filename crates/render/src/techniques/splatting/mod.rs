@@ -24,7 +24,7 @@ use tyndall_scene::World;
 use tyndall_scene::parameter::{Kind, Parameter};
 
 use super::{LAYERED_MODEL, Recording, Role, Technique, plain, without_meshes};
-use crate::graph::{Draw, Shader, shader};
+use crate::graph::{Draw, Shader, Target, shader};
 use crate::resident::MAX_VOLUMES;
 use crate::{Gpu, RenderError, layers};
 
@@ -143,7 +143,14 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
         .read("splats", &splats)
         .read("kernels", &kernels)
         .read("order", &order)
-        .draw(Draw { vertices: 6, instances: count, batch: BATCH, target: &target, blend: layers::OVER })
+        .draw(Draw {
+            vertices: 6,
+            instances: count,
+            batch: BATCH,
+            target: Some(Target { texture: &target, blend: Some(layers::OVER) }),
+            depth: None,
+            regions: None,
+        })
         .await?;
     layers::before_environment(graph, resident, &target, film).await
 }
