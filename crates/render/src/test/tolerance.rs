@@ -48,7 +48,6 @@ pub const SPLATTED_PLUME: f64 = 0.05;
 pub const SPLATTED_FIRE: f64 = 0.2;
 /// Projections at the default step of half a voxel against a 50th: a peak may lie between two samples.
 pub const PROJECTION: f64 = 0.02;
-<<<<<<< HEAD
 /// A basis of transmittance in double precision where it is exact: sums of some ten terms.
 pub const TWIN: f64 = 1e-12;
 /// A homogeneous segment against 20,000 primitives in it: second order in their distance but at edges, where a primitive lies
@@ -58,7 +57,6 @@ pub const MANY_PRIMITIVES: f64 = 6e-4;
 pub const MOMENTS: f64 = 1e-4;
 /// As [`MOMENTS`], with the bias for 32-bit floats, of 8 moments 5e-5: amplified likewise.
 pub const BIASED_MOMENTS: f64 = 0.05;
-=======
 /// As [`PROBE`], for maps of 30 to 300 texels a side that change by 1 from texel to texel: a texture coordinate's rounding, times
 /// 300; and `pow` as in [`PROBE_AGX`].
 pub const PROBE_MAP: f64 = 4e-4;
@@ -69,4 +67,6 @@ pub const PROBE_PACKED: f64 = 6.6e-5;
 pub const DISTANCE: f64 = 3e-5;
 /// Motion of surfaces [pixel]: projections in single precision, over a film of some hundred pixels.
 pub const MOTION: f64 = 1e-3;
->>>>>>> raster
+/// As [`PROBE`], for series: each addition of angles and each step of a recurrence adds roundings, some 20 of them; and WGSL allows
+/// `sin` an error of 2⁻¹¹, of which drivers stay far below.
+pub const PROBE_SERIES: f64 = 1e-4;

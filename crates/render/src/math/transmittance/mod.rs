@@ -14,6 +14,8 @@ pub mod fourier;
 pub mod haar;
 pub mod legendre;
 pub mod moments;
+#[cfg(test)]
+mod probe;
 pub mod slices;
 #[cfg(test)]
 mod test;
