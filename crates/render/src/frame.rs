@@ -24,28 +24,43 @@ pub struct Frame<'a> {
 }
 
 impl<'a> Frame<'a> {
-    /// Uploads the world and records the passes of the technique that its scene asks for.
+    /// Uploads the world and records the passes of the techniques that its scene asks for.
     ///
     /// # Errors
     /// What does not fit the device, settings that are not accepted, and passes that the device refuses.
     pub async fn new(gpu: &'a Gpu, world: &World) -> Result<Self, RenderError> {
         let techniques = chosen(&world.scene)?;
-        let (technique, settings) = techniques.last().expect("media always have a technique");
-        let resident = Resident::new(gpu, world).await?;
-        Self::record(gpu, world, resident, settings, technique.record).await
+        let mut resident = Resident::new(gpu, world).await?;
+        let film = film_texture(gpu, resident.film).await?;
+        let mut graph = Graph::new(gpu);
+        for (technique, settings) in &techniques {
+            let resident = &mut resident;
+            (technique.record)(Recording { graph: &mut graph, resident, settings, film: &film, world }).await?;
+        }
+        Self::of(gpu, world, resident, graph, film)
     }
 
     /// As [`new`](Self::new), for a world that is on the device, with the passes that `record` records.
     pub(crate) async fn record(
         gpu: &'a Gpu,
         world: &World,
-        resident: Resident,
+        mut resident: Resident,
         settings: &Settings,
         record: impl for<'r> FnOnce(Recording<'r, 'a>) -> Recorded<'r>,
     ) -> Result<Self, RenderError> {
         let film = film_texture(gpu, resident.film).await?;
         let mut graph = Graph::new(gpu);
-        record(Recording { graph: &mut graph, resident: &resident, settings, film: &film, world }).await?;
+        record(Recording { graph: &mut graph, resident: &mut resident, settings, film: &film, world }).await?;
+        Self::of(gpu, world, resident, graph, film)
+    }
+
+    fn of(
+        gpu: &'a Gpu,
+        world: &World,
+        resident: Resident,
+        graph: Graph<'a>,
+        film: wgpu::Texture,
+    ) -> Result<Self, RenderError> {
         let profiler = wgpu_profiler::GpuProfiler::new(&gpu.device, wgpu_profiler::GpuProfilerSettings::default())
             .map_err(|error| RenderError::Pass { pass: "profiler".into(), message: error.to_string() })?;
         Ok(Self { resident, graph, film, profiler, exposure: world.scene.film.exposure, frames: 0, display: None })

@@ -8,8 +8,10 @@ mod sky;
 pub mod surfaces;
 mod tables;
 mod traits;
+pub mod transmittance;
 mod view;
 mod volume;
+mod walk;
 
 use std::sync::Arc;
 
@@ -17,8 +19,10 @@ use tyndall_scene::{EnvironmentMap, World};
 
 pub use light::{Light, Lights};
 pub use surfaces::Surfaces;
+pub use transmittance::Transmittance;
 pub use view::View;
 pub use volume::{MAX_VOLUMES, Volume};
+pub(crate) use walk::Stride;
 
 use atlas::Atlas;
 use bricks::Bricks;
@@ -54,7 +58,9 @@ pub struct Resident {
     pub traits: Traits,
     /// The surfaces.
     pub surfaces: Surfaces,
-    /// Lights but the environment, for techniques to extend and upload.
+    /// Maps of the transmittance from the first lights, where a technique makes them.
+    pub transmittance: Transmittance,
+    /// Lights but the environment, the directional ones first, for techniques to extend and upload.
     pub lights: Vec<Light>,
     /// Radiance of the constant environment [W·sr⁻¹·m⁻²].
     pub environment: glam::Vec3,
@@ -108,6 +114,7 @@ impl Resident {
             }),
             traits: Traits::of(&world.volumes),
             surfaces: Surfaces::new(gpu, &world.surfaces).await?,
+            transmittance: Transmittance::none(gpu).await?,
             lights,
             environment,
             sky: sky::texture(gpu, world.environment.as_deref()).await?,

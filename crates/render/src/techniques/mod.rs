@@ -5,6 +5,7 @@ pub mod march;
 pub mod project;
 pub mod slicing;
 pub mod splatting;
+pub mod transmittance;
 
 use std::pin::Pin;
 
@@ -85,7 +86,7 @@ pub struct Technique {
     pub role: Role,
     /// Its parameters; scene files, `--set`, `tyndall info` and documentation are driven by them.
     pub parameters: &'static [Parameter],
-    /// Records the passes that fill the film: radiance (rgb) and opacity (a), `Rgba32Float`.
+    /// Records the passes that do it; those of media fill the film: radiance (rgb) and opacity (a), `Rgba32Float`.
     pub record: for<'r> fn(Recording<'r, '_>) -> Recorded<'r>,
 }
 
@@ -93,8 +94,8 @@ pub struct Technique {
 pub struct Recording<'r, 'a> {
     /// The list of passes.
     pub graph: &'r mut Graph<'a>,
-    /// The world on the device.
-    pub resident: &'r Resident,
+    /// The world on the device. A technique that makes what others read puts it there.
+    pub resident: &'r mut Resident,
     /// The parameters' values.
     pub settings: &'r Settings,
     /// The texture to fill.

@@ -4,7 +4,7 @@ use encase::private::StructMetadata;
 use encase::{ShaderSize, ShaderType};
 
 use crate::graph::{Shader, Tile};
-use crate::resident::{Light, View, Volume, surfaces};
+use crate::resident::{Light, Stride, View, Volume, surfaces};
 use crate::{display, techniques};
 
 /// Every shader that the build linked.
@@ -48,7 +48,7 @@ fn shared_structs_have_one_layout() {
     assert_eq!(rust_layout::<Volume, _>(), shader_layout(march, "Volume"));
     assert_eq!(rust_layout::<Light, _>(), shader_layout(march, "Light"));
     assert_eq!(rust_layout::<techniques::march::March, _>(), shader_layout(march, "March"));
-    assert_eq!(rust_layout::<techniques::march::Stride, _>(), shader_layout(march, "Stride"));
+    assert_eq!(rust_layout::<Stride, _>(), shader_layout(march, "Stride"));
     assert_eq!(rust_layout::<techniques::march::Scattering, _>(), shader_layout(march, "Scattering"));
     assert_eq!(rust_layout::<techniques::march::Upsample, _>(), shader_layout("techniques/march/upsample", "Upsample"));
     assert_eq!(techniques::march::PATH_BYTES, shader_layout(march, "Path").1);
@@ -66,6 +66,8 @@ fn shared_structs_have_one_layout() {
         rust_layout::<techniques::project::Project, _>(),
         shader_layout("techniques/project/project", "Project")
     );
+    let deposit = "techniques/transmittance/single";
+    assert_eq!(rust_layout::<techniques::transmittance::Deposit, _>(), shader_layout(deposit, "Deposit"));
     let cells = "techniques/cells/cells";
     assert_eq!(rust_layout::<techniques::cells::Cells, _>(), shader_layout(cells, "Cells"));
     assert_eq!(rust_layout::<techniques::cells::Tetrahedron, _>(), shader_layout(cells, "Tetrahedron"));

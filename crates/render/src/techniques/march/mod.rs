@@ -25,7 +25,7 @@ use tyndall_scene::volume::BRICK_CELLS;
 
 use super::{MODEL, Recording, Role, SAMPLES, TERMINATION, Technique, without_meshes};
 use crate::graph::{Shader, shader};
-use crate::resident::{Lights, Resident};
+use crate::resident::{Lights, Resident, Stride};
 use crate::{Gpu, RenderError};
 
 /// Ray marching's declaration.
@@ -122,17 +122,6 @@ pub const TECHNIQUE: Technique = Technique {
 static MARCH: Shader = shader!("techniques/march/march");
 static UPSAMPLE: Shader = shader!("techniques/march/upsample");
 
-/// How a ray is walked (`resident/walk.wesl`).
-#[derive(Clone, Copy, Debug, encase::ShaderType)]
-pub(crate) struct Stride {
-    step: f32,
-    least: f32,
-    offset: f32,
-    tolerance: f32,
-    skip: u32,
-    lit: u32,
-}
-
 /// How light is scattered (`scattering.wesl`).
 #[derive(Clone, Copy, Debug, encase::ShaderType)]
 pub(crate) struct Scattering {
@@ -184,12 +173,11 @@ pub(crate) async fn record_up_to(
     let traits = &resident.traits;
     let mut lights = resident.lights.clone();
     // Those that shade surfaces come first.
-    lights.sort_by_key(|light| light.local);
     let suns = lights.iter().filter(|light| light.local == 0).count() as u32;
     lights.extend(environment::lights(resident, settings.number("environment_directions") as u32));
     let stride = Stride {
         step: settings.number("step"),
-        least: 1e-3 * traits.voxel,
+        least: Stride::least(traits),
         offset: 0.5,
         tolerance: settings.number("tolerance"),
         skip: u32::from(settings.choice("empty_space_skipping") == "on"),
