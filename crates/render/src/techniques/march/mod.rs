@@ -190,6 +190,8 @@ pub(crate) async fn record_up_to(
         octaves: settings.number("octaves") as u32,
         octave: Vec3::from(octaves),
     };
+    // Lights without a map need an inner march.
+    let marched = scattered.lights > resident.transmittance.mapped;
     let rays = settings.number("samples") as u32;
     let (rounds, samples_per_round) = rounds(gpu, resident, &stride, &scattered, rays)?;
     let scale = match settings.choice("resolution") {
@@ -226,7 +228,8 @@ pub(crate) async fn record_up_to(
         .constant("PREINTEGRATED", settings.choice("preintegration") == "on")
         .constant("BACK_TO_FRONT", settings.choice("order") == "back_to_front")
         .constant("SUNS", suns > 0)
-        .constant("BUSY", scattering || traits.shaded || traits.surfaces)
+        .constant("MARCHED", marched)
+        .constant("BUSY", marched || traits.shaded || traits.surfaces)
         .constant("ROUNDS", rounds > 1)
         .constant("MEAN", mean)
         .constant("JITTER", jitter)

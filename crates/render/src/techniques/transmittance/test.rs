@@ -1,7 +1,5 @@
 //! Maps of transmittance against closed forms and the inner march.
 
-use std::time::Instant;
-
 use tyndall_scene::image::Image;
 use tyndall_scene::metrics;
 
@@ -22,10 +20,12 @@ fn explore() {
         let mut times = Vec::new();
         for _ in 0..3 {
             frame.timings();
-            let begun = Instant::now();
-            frame.render();
+            let begun = cpu();
+            for _ in 0..4 {
+                frame.render();
+            }
             gpu.wait().unwrap();
-            wall = begun.elapsed().as_secs_f64();
+            wall = (cpu() - begun) / 4.0;
             times = frame.timings();
         }
         let mut sums = std::collections::BTreeMap::new();
@@ -38,10 +38,29 @@ fn explore() {
         image
     };
     let march = show("", None);
+    let dark = world_of(&scene.replace("irradiance = [20, 18.5, 16]", "irradiance = 0"), &shipped());
+    let mut frame = pollster::block_on(crate::Frame::new(&gpu, &dark)).unwrap();
+    for _ in 0..3 {
+        let begun = cpu();
+        frame.render();
+        gpu.wait().unwrap();
+        println!("error dark {}", cpu() - begun);
+    }
     show("[techniques.march]\nlight_step = 1", Some(&march));
     show("[techniques.march]\nlight_step = 0.5", Some(&march));
     show("[techniques.march]\nmodel = \"absorption\"", Some(&march));
     for settings in std::env::var("EXPLORE").unwrap_or_default().split(';') {
         show(&format!("[techniques.transmittance]\n{}", settings.replace(',', "\n")), Some(&march));
     }
+}
+
+fn cpu() -> f64 {
+    let text = std::fs::read_to_string("/proc/self/schedstat").unwrap();
+    let _ = text;
+    let mut sum = 0.0;
+    for entry in std::fs::read_dir("/proc/self/task").unwrap() {
+        let text = std::fs::read_to_string(entry.unwrap().path().join("schedstat")).unwrap();
+        sum += text.split_whitespace().next().unwrap().parse::<f64>().unwrap() * 1e-9;
+    }
+    sum
 }
