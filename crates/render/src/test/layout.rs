@@ -5,7 +5,7 @@ use encase::{ShaderSize, ShaderType};
 
 use crate::graph::{Shader, Tile};
 use crate::resident::{Light, Stride, View, Volume, surfaces};
-use crate::{display, techniques};
+use crate::{display, shadows, techniques};
 
 /// Every shader that the build linked.
 const SHADERS: &[Shader] = &include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
@@ -59,6 +59,9 @@ fn shared_structs_have_one_layout() {
     let surface = "test/probes/surface";
     assert_eq!(rust_layout::<surfaces::Vertex, _>(), shader_layout(surface, "Vertex"));
     assert_eq!(rust_layout::<surfaces::Material, _>(), shader_layout(surface, "Material"));
+    assert_eq!(rust_layout::<shadows::Cast, _>(), shader_layout("shadows/fit", "Cast"));
+    assert_eq!(rust_layout::<shadows::Fit, _>(), shader_layout("shadows/fit", "Fit"));
+    assert_eq!(rust_layout::<techniques::direct::Direct, _>(), shader_layout("techniques/direct/direct", "Direct"));
     let splats = "techniques/splatting/splats";
     assert_eq!(rust_layout::<techniques::splatting::Splat, _>(), shader_layout(splats, "Splat"));
     assert_eq!(rust_layout::<techniques::splatting::Kernel, _>(), shader_layout(splats, "Kernel"));
