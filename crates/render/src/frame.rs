@@ -101,6 +101,11 @@ impl<'a> Frame<'a> {
         Ok(Self { resident, graph, film, gbuffer, view, profiler, exposure, frames: 0, display: None })
     }
 
+    #[cfg(test)]
+    pub(crate) fn resident(&self) -> &Resident {
+        &self.resident
+    }
+
     /// Radiance (rgb) and opacity (a) as last rendered, `Rgba32Float`, linear Rec. 709.
     pub fn film(&self) -> &wgpu::Texture {
         &self.film

@@ -38,7 +38,18 @@ impl Transmittance {
         let maps = gpu.table("no maps", [1, 1], wgpu::TextureFormat::Rgba32Float, zero).await?;
         // Of half floats: every device interpolates them.
         let texels = gpu.table("no transmittance", [1, 1], wgpu::TextureFormat::Rgba16Float, &zero[..8]).await?;
-        Ok(Self { maps, texels, mapped: 0, resolution: 1, ranges: false, columns: 1, basis: 0, count: 1, sets: 1, bias: 0.0 })
+        Ok(Self {
+            maps,
+            texels,
+            mapped: 0,
+            resolution: 1,
+            ranges: false,
+            columns: 1,
+            basis: 0,
+            count: 1,
+            sets: 1,
+            bias: 0.0,
+        })
     }
 
     /// What shaders that read the maps are specialised for.

@@ -77,3 +77,15 @@ pub const SHADOW: f64 = 0.05;
 pub const DIRECT: f64 = 0.05;
 /// As [`DIRECT`], with smoke that is marched, and the reference's noise.
 pub const DIRECT_SMOKE: f64 = 0.05;
+/// A constant extinction looked up: ranges of depths end where steps do, and numbers are sums in single precision.
+pub const MAPPED: f64 = 2e-4;
+/// A ball with a soft edge, of an optical depth of 8, with 15 coefficients of Fourier's series and 96 texels a side.
+pub const MAPPED_BALL: f64 = 0.02;
+/// As [`MAPPED_BALL`], of a lamp within it: the extinction begins at the lamp, with a step that rings.
+pub const MAPPED_WITHIN: f64 = 0.03;
+/// The plume with maps of 7 coefficients of Fourier's series against the inner march, whose own error is 0.8 %.
+pub const MAPPED_PLUME_7: f64 = 0.035;
+/// As [`MAPPED_PLUME_7`], with 15, or with 11 cosines: what the issue asks for.
+pub const MAPPED_PLUME: f64 = 0.02;
+/// A floor under a homogeneous cube: the edge of its shadow is a texel wide.
+pub const MAPPED_FLOOR: f64 = 0.03;

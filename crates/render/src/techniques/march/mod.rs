@@ -247,7 +247,7 @@ pub(crate) async fn record_up_to(
         .constant("BACK_TO_FRONT", settings.choice("order") == "back_to_front")
         .constant("SUNS", suns > 0)
         .constant("MARCHED", marched)
-        .constant("BUSY", marched || traits.shaded || traits.surfaces)
+        .constant("BUSY", scattering || traits.shaded || traits.surfaces)
         .constant("ROUNDS", rounds > 1)
         .constant("MEAN", mean)
         .constant("JITTER", jitter)

@@ -96,9 +96,7 @@ pub(crate) struct Deposit {
     deepest: f32,
 }
 
-async fn record(
-    Recording { graph, resident, settings, world, .. }: Recording<'_, '_>,
-) -> Result<(), RenderError> {
+async fn record(Recording { graph, resident, settings, world, .. }: Recording<'_, '_>) -> Result<(), RenderError> {
     without_meshes(world, TECHNIQUE.name)?;
     let gpu = graph.gpu();
     let mapped = resident.lights.len() as u32;
