@@ -34,7 +34,7 @@ impl Arguments {
         let assets = Embedded(vec![("smoke.vdb", VOLUME)]);
         let world = World::load(document.parse()?, &assets, memory_budget())
             .map_err(|error| Failure::from(error.locate(&document)))?;
-        let timings = self.rendering.render(&world, &self.output, &interrupt)?;
+        let timings = self.rendering.render(&world, &self.output, false, &interrupt)?;
         let total = started.elapsed().as_secs_f64() * 1e3;
         say::result(&format!("{timings}total    {total:>10.3} ms\npicture  {}\n", self.output.display()))
     }

@@ -25,6 +25,9 @@ pub struct Arguments {
     /// Where the picture goes: .exr holds linear radiance, .png is tone-mapped (film.exposure, AgX)
     #[arg(short, long)]
     output: PathBuf,
+    /// Write the distance of surfaces from the eye [m] into the .exr, too, as channel depth.Z (1e30 where there is none)
+    #[arg(long)]
+    depth: bool,
     /// Print the adapter, and the GPU time of every pass
     #[arg(long)]
     timings: bool,
@@ -41,12 +44,12 @@ pub struct RenderingArguments {
 impl Arguments {
     /// Renders and writes the picture.
     pub fn run(&self) -> Result<(), Failure> {
-        check_output(&self.output, &["exr", "png"])?;
+        check_output(&self.output, if self.depth { &["exr"] } else { &["exr", "png"] })?;
         let interrupt = Interrupt::watch();
         let started = Instant::now();
         let world = self.input.load()?;
         let loaded = started.elapsed();
-        let timings = self.rendering.render(&world, &self.output, &interrupt)?;
+        let timings = self.rendering.render(&world, &self.output, self.depth, &interrupt)?;
         if self.timings {
             let [loaded, total] = [loaded, started.elapsed()].map(|time| time.as_secs_f64() * 1e3);
             say::result(&format!("load     {loaded:>10.3} ms\n{timings}total    {total:>10.3} ms\n"))?;
@@ -63,8 +66,9 @@ impl RenderingArguments {
         Ok(gpu)
     }
 
-    /// Renders a world to a file; the adapter and its times, as lines of text.
-    pub fn render(&self, world: &World, output: &Path, interrupt: &Interrupt) -> Result<String, Failure> {
+    /// Renders a world to a file, with the distance of surfaces where `depth` asks for it; the adapter and its times, as lines of
+    /// text.
+    pub fn render(&self, world: &World, output: &Path, depth: bool, interrupt: &Interrupt) -> Result<String, Failure> {
         let started = Instant::now();
         let gpu = self.open()?;
         let bar = progress::bar();
@@ -75,6 +79,9 @@ impl RenderingArguments {
         bar.finish_and_clear();
         let mut rendering = rendering?;
         let gpu_time: f64 = rendering.passes.values().sum();
+        if let (true, Some(depth)) = (depth, rendering.depth) {
+            rendering.image.channels.insert("depth.Z".into(), depth);
+        }
         let attributes = &mut rendering.image.attributes;
         describe(world, attributes);
         attributes.insert("adapter".into(), gpu.name());

@@ -93,6 +93,7 @@ impl Film {
             width: self.width,
             height: self.height,
             pixels: self.pixels.iter().map(|pixel| rgb(pixel.mean)).collect(),
+            channels: Default::default(),
             statistics: Some(Statistics {
                 variance: self.pixels.iter().map(|pixel| rgb(pixel.variance())).collect(),
                 samples: self.pixels.iter().map(|pixel| pixel.samples).collect(),

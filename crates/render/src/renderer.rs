@@ -14,6 +14,9 @@ use crate::{Gpu, RenderError};
 pub struct Rendering {
     /// Linear radiance.
     pub image: Image,
+    /// The distance of surfaces along the rays through the pixels' middles [m], 1e30 where there is none; `None` without
+    /// surfaces.
+    pub depth: Option<Vec<f32>>,
     /// GPU time [s] a pass, summed over tiles; empty on a device without timestamps.
     pub passes: BTreeMap<String, f64>,
 }
@@ -42,7 +45,14 @@ pub async fn render(
         }
     }
     let pixels = read_film(gpu, frame.film()).await?;
-    Ok(Rendering { image: Image { width, height, pixels, ..Default::default() }, passes })
+    let depth = match frame.gbuffer() {
+        None => None,
+        Some(gbuffer) => {
+            let places: Vec<[f32; 4]> = read_texels(gpu, &gbuffer.place).await?;
+            Some(places.iter().map(|place| place[0]).collect())
+        }
+    };
+    Ok(Rendering { depth, image: Image { width, height, pixels, ..Default::default() }, passes })
 }
 
 /// Reads a `Rgba32Float` film back, without its opacity.

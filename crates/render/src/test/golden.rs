@@ -45,6 +45,11 @@ fn fog() {
 }
 
 #[test]
+fn plume_floor() {
+    golden("plume-floor", include_str!("../../../../scenes/plume-floor.toml"));
+}
+
+#[test]
 fn a_change_that_can_be_seen_is_caught() {
     let Some(gpu) = gpu() else { return };
     let shown = |text: &str| {

@@ -74,9 +74,21 @@ pub const PROBE_SERIES: f64 = 1e-4;
 /// 0.1 %, at a cosine of 0.03 some 4 %.
 pub const SHADOW: f64 = 0.05;
 /// Relative RMSE of direct light of lamps without a size: the edges of shadows, which are a texel wide.
-pub const DIRECT: f64 = 0.05;
+pub const DIRECT: f64 = 0.02;
 /// As [`DIRECT`], with smoke that is marched, and the reference's noise.
-pub const DIRECT_SMOKE: f64 = 0.05;
+pub const DIRECT_SMOKE: f64 = 0.02;
+/// As [`DIRECT`], of a surface that emits as 16 points: steps in the shadows' penumbrae.
+pub const DIRECT_AREA: f64 = 0.03;
+/// As [`DIRECT_AREA`], with 256 points: filters and small maps.
+pub const DIRECT_AREA_MANY: f64 = 0.015;
+/// As [`DIRECT`], of a sky as 16 parallel lights.
+pub const DIRECT_SKY: f64 = 0.09;
+/// As [`DIRECT_SKY`], as 128 lights.
+pub const DIRECT_SKY_MANY: f64 = 0.02;
+/// Media before surfaces, back to front against front to back: segments begin at the surface.
+pub const SURFACE_ORDER: f64 = 2e-3;
+/// Media before surfaces at half the resolution, on a film 48 pixels wide: the smoke's edges.
+pub const SURFACE_HALF: f64 = 0.02;
 /// A constant extinction looked up: ranges of depths end where steps do, and numbers are sums in single precision.
 pub const MAPPED: f64 = 2e-4;
 /// A ball with a soft edge, of an optical depth of 8, with 15 coefficients of Fourier's series and 96 texels a side.

@@ -5,6 +5,7 @@
 //! | channels `R`, `G`, `B` (float) | `pixels` |
 //! | channels `variance.R`, `variance.G`, `variance.B` (float) | `statistics.variance` |
 //! | channel `samples` (uint) | `statistics.samples` |
+//! | `channels`, by their names (float); not read | `channels` |
 //! | text attributes `tyndall:NAME` | `attributes["NAME"]` |
 //!
 //! Written with ZIP compression and no `chromaticities`, which by the OpenEXR standard means Rec. 709. Attributes stand
@@ -53,6 +54,10 @@ pub fn encode(image: &Image) -> Result<Vec<u8>, ImageError> {
     if let Some(statistics) = &image.statistics {
         add(VARIANCES, &statistics.variance);
         channels.push(AnyChannel::new(SAMPLES, FlatSamples::U32(statistics.samples.clone())));
+    }
+
+    for (name, values) in &image.channels {
+        channels.push(AnyChannel::new(name.as_str(), FlatSamples::F32(values.clone())));
     }
 
     let mut attributes = LayerAttributes { software_name: Some(Text::from("Tyndall")), ..LayerAttributes::default() };
@@ -145,6 +150,7 @@ fn decode_checked(bytes: &[u8], budget: Budget) -> Result<Image, ImageError> {
         height: layer.size.height() as u32,
         pixels: colours(layer, COLOURS)?,
         statistics: statistics(layer)?,
+        channels: Default::default(),
         attributes: attributes.collect(),
     };
     image.check()?;

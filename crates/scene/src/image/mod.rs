@@ -42,6 +42,8 @@ pub struct Image {
     pub pixels: Vec<[f32; 3]>,
     /// How sure the pixels are, if a Monte Carlo method made them.
     pub statistics: Option<Statistics>,
+    /// Further channels by their names in an EXR, such as `depth.Z`: each a value a pixel, written and not read.
+    pub channels: BTreeMap<String, Vec<f32>>,
     /// Free text that travels with the image (method, seed, scene hash, ...), by name.
     pub attributes: BTreeMap<String, String>,
 }
@@ -179,7 +181,7 @@ impl Image {
             check_length("variance", statistics.variance.len(), expected)?;
             check_length("samples", statistics.samples.len(), expected)?;
         }
-        Ok(())
+        self.channels.values().try_for_each(|values| check_length("channels", values.len(), expected))
     }
 }
 

@@ -1,13 +1,14 @@
 //! Every kind of light against the reference, which follows light to its first surface; and smoke over a floor.
 
-use glam::Vec2;
+use glam::{DVec3, Vec2};
 use tyndall_reference::{Random, Tracer};
 use tyndall_scene::World;
 use tyndall_scene::image::Image;
 use tyndall_scene::metrics::linear::linear_errors;
 
-use crate::surfaces::test::{through, view_of};
-use crate::test::{gpu, picture, tolerance, world};
+use crate::resident::surfaces::triangles;
+use crate::surfaces::test::{cast, through, view_of};
+use crate::test::{gpu, picture, render, tolerance, world};
 
 const SCENE: &str = "camera = { position = [1.6, 1.5, 3.4], target = [0, 0.5, 0], fov = 40 }\nfilm.size = [48, 36]\n\
     surfaces.floor = { shape.quad = { corner = [-2, 0, 2], edges = [[4, 0, 0], [0, 0, -4]] } }\n\
@@ -21,6 +22,10 @@ const SCENE: &str = "camera = { position = [1.6, 1.5, 3.4], target = [0, 0.5, 0]
 const SMOKE: &str = "[media.smoke]\ndensity.sphere = { center = [-0.5, 0.6, 0.7], radius = 0.5, falloff = 0.3 }\n\
     optics.coefficients = { sigma_s = 4, sigma_a = 1 }\n";
 
+/// A long bar of smoke.
+const MANY: &str = "[media.bar]\ndensity.noise = { min = [-9, 3, 0], max = [9, 3.1, 0.1], scale = 1 }\n\
+    optics.coefficients = { sigma_s = 4, sigma_a = 1 }\n";
+
 /// The reference's light of the first order through the middle of every pixel, the mean of so many paths.
 fn reference(world: &World, samples: u32) -> Image {
     let tracer = Tracer::new(world).unwrap();
@@ -30,7 +35,7 @@ fn reference(world: &World, samples: u32) -> Image {
         let film = Vec2::new((i % view.width) as f32, (i / view.width) as f32) + 0.5;
         let direction = through(&view, film);
         let paths = (0..samples).map(|_| tracer.radiance(view.position.as_dvec3(), direction, Some(1), &mut rng));
-        (paths.sum::<glam::DVec3>() / f64::from(samples)).as_vec3().to_array()
+        (paths.sum::<DVec3>() / f64::from(samples)).as_vec3().to_array()
     });
     Image { width: view.width, height: view.height, pixels: pixels.collect(), ..Default::default() }
 }
@@ -51,24 +56,82 @@ fn lights_without_a_size_agree_with_the_reference() {
         "lights.spot.spot = { position = [2, 1.5, 1], direction = [-2, -1.5, -1], intensity = 3, inner_angle = 40, outer_angle = 80 }",
     ] {
         let Some(error) = error(&format!("{light}\ntechniques.direct.shadow_radius = 0.5"), 1) else { return };
-        eprintln!("{light} {error}");
         assert!(error <= tolerance::DIRECT, "{light}: {error}");
     }
 }
 
+/// Floor, wall and block without the ball, of Lambert's kind, in this light: how far the picture is from a sum over so many
+/// small lights on the host, of each of which `light` says, for its number and a point, the unit direction to it, its distance
+/// [m] and the irradiance across it.
+fn error_of_many(more: &str, lights: u32, light: impl Fn(u32, DVec3) -> (DVec3, f64, f64)) -> Option<f64> {
+    let gpu = gpu()?;
+    let without: String = SCENE.lines().filter(|line| !line.contains("ball")).collect::<Vec<_>>().join("\n");
+    let world = world(&format!("{without}\n{more}"));
+    let image = picture(&gpu, &world);
+    let (vertices, list) = triangles(&world.surfaces);
+    let corners: Vec<_> =
+        list.iter().map(|t| [t.x, t.y, t.z].map(|i| vertices[i as usize].position.as_dvec3())).collect();
+    let view = view_of(&world);
+    let eye = view.position.as_dvec3();
+    let (mut found, mut expected) = (Vec::new(), Vec::new());
+    for (i, pixel) in image.pixels.iter().enumerate() {
+        let film = Vec2::new((i as u32 % view.width) as f32, (i as u32 / view.width) as f32) + 0.5;
+        let direction = through(&view, film);
+        let Some((number, distance)) = cast(&corners, eye, direction) else { continue };
+        let surface = &world.surfaces[list[number].w as usize];
+        if surface.material.emission != glam::Vec3::ZERO {
+            continue;
+        }
+        let [a, b, c] = corners[number];
+        let mut normal = (b - a).cross(c - a).normalize();
+        normal *= -normal.dot(direction).signum();
+        let point = eye + distance * direction + 1e-7 * normal;
+        let reached = (0..lights).map(|k| {
+            let (towards, distance, irradiance) = light(k, point);
+            let cosine = normal.dot(towards);
+            let free = cosine > 0.0 && cast(&corners, point, towards).is_none_or(|(_, t)| t >= distance * (1.0 - 1e-6));
+            if free { cosine * irradiance } else { 0.0 }
+        });
+        let reflectance = if surface.name == "wall" { 0.7 } else { 0.5 };
+        expected.push([(reached.sum::<f64>() * reflectance / std::f64::consts::PI) as f32; 3]);
+        found.push([pixel[0]; 3]);
+    }
+    let image = |pixels: Vec<[f32; 3]>| Image { width: pixels.len() as u32, height: 1, pixels, ..Default::default() };
+    Some(linear_errors(&image(found), &image(expected)).relative_rmse)
+}
+
+/// A lamp of 1 m², facing down, as 400 points.
 #[test]
-fn area_lights_and_skies_agree_with_the_reference() {
-    for (light, budget) in [
-        (
-            "surfaces.lamp = { shape.quad = { corner = [0.5, 2, 0], edges = [[1, 0, 0], [0, 0, 1]] }, radiance = [3, 2, 1] }",
-            0.05,
-        ),
-        ("surfaces.lamp = { shape.sphere = { center = [1.5, 1.6, 0.5], radius = 0.3 }, radiance = [9, 6, 3] }", 0.05),
-        ("lights.sky.constant.radiance = [1, 2, 3]", 0.05),
-    ] {
-        let Some(error) = error(light, 64) else { return };
-        eprintln!("{light} {error}");
-        assert!(error <= budget, "{light}: {error}");
+fn area_lights_agree_with_many_points() {
+    let lamp =
+        "surfaces.lamp = { shape.quad = { corner = [0.5, 2, 0], edges = [[1, 0, 0], [0, 0, 1]] }, radiance = 3 }\n";
+    for (points, budget) in [(16, tolerance::DIRECT_AREA), (256, tolerance::DIRECT_AREA_MANY)] {
+        let Some(error) = error_of_many(&format!("{lamp}techniques.direct.area_points = {points}"), 400, |k, point| {
+            let [x, z] = [k % 20, k / 20].map(|k| (f64::from(k) + 0.5) / 20.0);
+            let to_light = DVec3::new(0.5 + x, 2.0, z) - point;
+            let (towards, squared) = (to_light.normalize(), to_light.length_squared());
+            (towards, squared.sqrt(), 3.0 * towards.y.max(0.0) / squared / 400.0)
+        }) else {
+            return;
+        };
+        assert!(error <= budget, "{points} points: {error}");
+    }
+}
+
+/// A constant sky as 2000 directions.
+#[test]
+fn skies_agree_with_many_directions() {
+    for (directions, budget) in [(16, tolerance::DIRECT_SKY), (128, tolerance::DIRECT_SKY_MANY)] {
+        let sky = format!("lights.sky.constant.radiance = 2\ntechniques.direct.environment_directions = {directions}");
+        let Some(error) = error_of_many(&sky, 2000, |k, _| {
+            let y = 1.0 - (f64::from(k) + 0.5) / 1000.0;
+            let (r, phi) = ((1.0 - y * y).sqrt(), f64::from(k) * 2.399_963_229_728_653);
+            let towards = DVec3::new(r * phi.cos(), y, r * phi.sin());
+            (towards, f64::INFINITY, 2.0 * 4.0 * std::f64::consts::PI / 2000.0)
+        }) else {
+            return;
+        };
+        assert!(error <= budget, "{directions} directions: {error}");
     }
 }
 
@@ -76,8 +139,53 @@ fn area_lights_and_skies_agree_with_the_reference() {
 fn smoke_over_a_floor_agrees_with_the_reference() {
     let sun = "lights.sun.directional = { direction = [-2, -1.5, -1], irradiance = 3 }\n";
     let Some(error) = error(&format!("{sun}techniques.march.step = 0.5\n{SMOKE}"), 64) else { return };
-    eprintln!("smoke {error}");
     assert!(error <= tolerance::DIRECT_SMOKE, "{error}");
+}
+
+/// Marched towards the eye, the picture is the same; at half the resolution it is nearly so, and surfaces keep theirs.
+#[test]
+fn media_end_at_surfaces_however_they_are_marched() {
+    let Some(gpu) = gpu() else { return };
+    let of = |settings: &str, smoke: &str| {
+        let sun = "lights.sun.directional = { direction = [-2, -1.5, -1], irradiance = 3 }";
+        let scene = SCENE.replace("[48, 36]", "[96, 72]");
+        let text = format!("{scene}{sun}\ntechniques.march = {{ {settings} }}\n{smoke}");
+        picture(&gpu, &world(&text))
+    };
+    let (whole, clear) = (of("", SMOKE), of("", ""));
+    let turned = linear_errors(&of("order = \"back_to_front\"", SMOKE), &whole).relative_rmse;
+    assert!(turned <= tolerance::SURFACE_ORDER, "{turned}");
+    let half = linear_errors(&of("resolution = \"half\"", SMOKE), &whole).relative_rmse;
+    assert!(half <= tolerance::SURFACE_HALF && half > 0.0, "{half}");
+    assert_eq!(of("resolution = \"half\"", "").pixels, clear.pixels);
+    let smoke = linear_errors(&clear, &whole).relative_rmse;
+    assert!(smoke > 10.0 * tolerance::SURFACE_HALF, "the smoke is seen: {smoke}");
+}
+
+/// What does not end at surfaces refuses them.
+#[test]
+fn other_techniques_say_that_they_have_no_surfaces() {
+    let Some(gpu) = gpu() else { return };
+    for technique in ["project", "slicing", "splatting"] {
+        let result = render(&gpu, &world(&format!("{SCENE}techniques.{technique} = {{}}\n{SMOKE}")));
+        let message = result.err().map(|error| error.to_string()).unwrap_or_default();
+        assert!(message.contains("surfaces.ball") && message.contains("techniques.march"), "{message}");
+    }
+}
+
+/// More maps than the atlas holds, and more steps than an invocation stands, are said before they are made.
+#[test]
+fn what_does_not_fit_is_refused() {
+    let Some(gpu) = gpu() else { return };
+    let sky = "lights.sky.constant.radiance = 1\n";
+    for (settings, says) in [
+        ("environment_directions = 1024, shadow_resolution = 8192", "shadow_resolution"),
+        ("light_step = 0.01", "light_step"),
+    ] {
+        let result = render(&gpu, &world(&format!("{SCENE}{sky}techniques.direct = {{ {settings} }}\n{}", MANY)));
+        let message = result.err().map(|error| error.to_string()).unwrap_or_default();
+        assert!(message.contains(says), "{settings}: {message}");
+    }
 }
 
 /// The tests see a light that is a tenth too bright.

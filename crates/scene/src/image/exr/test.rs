@@ -16,6 +16,7 @@ fn image(width: u32, height: u32) -> Image {
             variance: (0..count).map(|i| [value(i).abs(), 0.0, 1e-20]).collect(),
             samples: (0..count).map(|i| i * 1_000_003).collect(),
         }),
+        channels: BTreeMap::new(),
         attributes: BTreeMap::from([
             ("method".to_owned(), "delta tracking, µ and 雲".to_owned()),
             ("empty".to_owned(), String::new()),
@@ -52,6 +53,20 @@ fn everything_round_trips() {
     assert_eq!(decode(&encode(&original).unwrap()).unwrap(), original);
     let plain = Image { statistics: None, attributes: BTreeMap::new(), ..original };
     assert_eq!(decode(&encode(&plain).unwrap()).unwrap(), plain);
+}
+
+/// Other programs find further channels by their names; and there is a value for every pixel.
+#[test]
+fn further_channels_are_written() {
+    let mut image = image(3, 2);
+    image.channels.insert("depth.Z".into(), vec![1.0, 2.0, 3.0, 4.0, 5.0, 1e30]);
+    let bytes = encode(&image).unwrap();
+    let reader = ::exr::image::read::read().no_deep_data().largest_resolution_level().all_channels();
+    let file = reader.all_layers().all_attributes().from_buffered(Cursor::new(&bytes)).unwrap();
+    let depth = channel(&file.layer_data[0], "depth.Z").unwrap();
+    assert_eq!(depth.sample_data.values_as_f32().collect::<Vec<_>>(), image.channels["depth.Z"]);
+    image.channels.insert("depth.Z".into(), vec![1.0]);
+    assert!(matches!(encode(&image), Err(ImageError::Length { field: "channels", found: 1, expected: 6 })));
 }
 
 #[test]
