@@ -66,6 +66,16 @@ impl Transmittance {
         ]
     }
 
+    /// Loop iterations that a look into a light's map takes at most.
+    pub fn iterations(&self) -> u64 {
+        match (self.mapped, self.bias) {
+            (0, _) => 0,
+            (_, 0.0) => 3 * u64::from(self.sets),
+            // Four roots, 48 steps and five powers each, and what goes before and after.
+            _ => 3 * 1300,
+        }
+    }
+
     /// Bytes of the numbers of all maps.
     pub fn bytes(&self) -> u64 {
         let texel = self.texels.format().block_copy_size(None).unwrap_or(16);

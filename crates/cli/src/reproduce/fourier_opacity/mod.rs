@@ -122,7 +122,11 @@ fn ringing(page: &mut Page) -> Result<(), Failure> {
     let layer = |opacity: f64| Ray { primitives: vec![(0.5, absorbance(opacity))], segments: Vec::new() };
     let unbounded = |ray: &Ray, basis: Fourier| -> Vec<(f64, f64)> {
         let sums = ray.sums(&basis);
-        depths().map(|d| (d, (-basis.optical_depth(&sums, d)).exp())).collect()
+        // Close to the layer, where many coefficients ring.
+        let fine = (0..=20_000).map(|i| f64::from(i) / 20_000.0).filter(|d| (d - 0.5).abs() < 0.01);
+        let mut at: Vec<f64> = depths().chain(fine).collect();
+        at.sort_by(f64::total_cmp);
+        at.into_iter().map(|d| (d, (-basis.optical_depth(&sums, d)).exp())).collect()
     };
     let mut rows = Vec::new();
     for (harmonics, window) in [

@@ -323,6 +323,7 @@ fn rounds(
     let per_light = light_steps
         .saturating_add(bricks(scattering.stride.step))
         .saturating_mul(per_step)
+        .saturating_add(resident.transmittance.iterations())
         .saturating_add(octaves * (volumes + 1) + volumes);
     // Gradients and the search for surfaces have loops of their own.
     let details = if resident.traits.shaded || resident.traits.surfaces { (64 + 64 * looks) * volumes } else { 0 };

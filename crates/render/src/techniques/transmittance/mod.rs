@@ -14,6 +14,7 @@
 #[cfg(test)]
 mod test;
 
+use tyndall_scene::FieldError;
 use tyndall_scene::parameter::{Kind, Parameter, Settings};
 
 use super::{Recording, Role, Technique, without_meshes};
@@ -158,6 +159,14 @@ async fn textures(gpu: &Gpu, resident: &Resident, settings: &Settings) -> Result
     let single = settings.choice("precision") == "single" && filterable;
     if settings.choice("precision") == "single" && !filterable {
         tracing::debug!("this device does not interpolate 32-bit floats: transmittance has 16 bits");
+    }
+    if BASES[basis as usize] == "moments" && !single {
+        return Err(FieldError {
+            path: "techniques.transmittance.basis".into(),
+            found: "moments in 16-bit numbers, which round them away".into(),
+            accepted: "another basis, or precision = \"single\" on a device that interpolates 32-bit floats".into(),
+        }
+        .into());
     }
     let format = if single { wgpu::TextureFormat::Rgba32Float } else { wgpu::TextureFormat::Rgba16Float };
     let texture = async |label, [width, height]: [u32; 2], format| {

@@ -152,6 +152,15 @@ fn memory_is_as_computed() {
     assert_eq!([numbers(0, 8).0, numbers(1, 8).0, numbers(5, 8).0, numbers(5, 31).0], [9, 8, 7, 9]);
 }
 
+/// Moments need 32 bits.
+#[test]
+fn rounded_moments_are_refused() {
+    let Some(gpu) = gpu() else { return };
+    let world = plume("[techniques.transmittance]\nbasis = \"moments\"\nprecision = \"half\"");
+    let error = render(&gpu, &world).map(|_| "a picture").unwrap_err().to_string();
+    assert!(error.contains("moments in 16-bit numbers"), "{error}");
+}
+
 /// What does not fit a texture is said before it is allocated.
 #[test]
 fn too_many_texels() {
