@@ -99,5 +99,7 @@ pub const MAPPED_WITHIN: f64 = 0.03;
 pub const MAPPED_PLUME_7: f64 = 0.035;
 /// As [`MAPPED_PLUME_7`], with 15, or with 11 cosines: what the issue asks for.
 pub const MAPPED_PLUME: f64 = 0.02;
+/// Light that a shadow takes, filtered and not: transmittances of 0.95, of which 1 − τ is wrong by τ²/2.
+pub const FILTERED_SHADOW: f64 = 0.03;
 /// A floor under a homogeneous cube: the edge of its shadow is a texel wide.
 pub const MAPPED_FLOOR: f64 = 0.03;

@@ -9,7 +9,8 @@
 //! τ(d) = Σ_k A_k G_k(d), T = e^{−max(τ, 0)}. Every receiver reads them by `resident/transmittance.wesl`; of the techniques, `march`
 //! does.
 //!
-//! Passes, once a frame: `transmittance.bounds`, a workgroup a light; `transmittance.deposit`, an invocation a texel.
+//! Passes, once a frame: `transmittance.bounds`, a workgroup a light; `transmittance.deposit`, an invocation a texel;
+//! `transmittance.filter`, twice, where the maps are filtered.
 
 #[cfg(test)]
 mod test;
@@ -18,7 +19,7 @@ use tyndall_scene::FieldError;
 use tyndall_scene::parameter::{Kind, Parameter, Settings};
 
 use super::{Recording, Role, Technique, without_meshes};
-use crate::graph::{Shader, shader};
+use crate::graph::{Graph, Shader, shader};
 use crate::resident::{Lights, Resident, Stride, Transmittance};
 use crate::{Gpu, RenderError};
 
@@ -65,6 +66,18 @@ pub const TECHNIQUE: Technique = Technique {
             kind: Kind::Choice(&["texel", "light"]),
         },
         Parameter {
+            name: "prefilter",
+            help: "How far the extinction is averaged across light rays, for soft shadows (0: not; needs `depths` of the light)",
+            unit: "texels",
+            kind: Kind::Count { min: 0, max: 64, default: 0 },
+        },
+        Parameter {
+            name: "prefilter_kind",
+            help: "How: all alike, or by Gauss' function, of which `prefilter` is two standard deviations",
+            unit: "",
+            kind: Kind::Choice(&["box", "gaussian"]),
+        },
+        Parameter {
             name: "light_step",
             help: "Longest step along light rays",
             unit: "voxels",
@@ -89,6 +102,8 @@ const MOST_COEFFICIENTS: u32 = 31;
 static BOUNDS: Shader = shader!("techniques/transmittance/bounds");
 static HALF: Shader = shader!("techniques/transmittance/half");
 static SINGLE: Shader = shader!("techniques/transmittance/single");
+static FILTER_HALF: Shader = shader!("techniques/transmittance/filter_half");
+static FILTER_SINGLE: Shader = shader!("techniques/transmittance/filter_single");
 
 /// The buffer `deposit`.
 #[derive(Clone, Copy, Debug, encase::ShaderType)]
@@ -129,7 +144,41 @@ async fn record(Recording { graph, resident, settings, world, .. }: Recording<'_
         .read("deposit", &deposit)
         .write("written", &made.texels)
         .dispatch([groups, groups, mapped], 1)
-        .await
+        .await?;
+    prefilter(graph, resident, settings).await
+}
+
+/// Records the passes that filter the maps, along x into a texture of their own, along y back.
+async fn prefilter(graph: &mut Graph<'_>, resident: &Resident, settings: &Settings) -> Result<(), RenderError> {
+    let radius = settings.number("prefilter") as u32;
+    if radius == 0 {
+        return Ok(());
+    }
+    if resident.transmittance.ranges || BASES[resident.transmittance.basis as usize] == "moments" {
+        return Err(FieldError {
+            path: "techniques.transmittance.prefilter".into(),
+            found: "a filter of what is not linear: ranges of depths for each texel, or moments".into(),
+            accepted: "depths = \"light\" and another basis, or prefilter = 0".into(),
+        }
+        .into());
+    }
+    let texels = &resident.transmittance.texels;
+    let size = [texels.width(), texels.height()];
+    let between = texture(graph.gpu(), "filtered along x", size, texels.format()).await?;
+    let shader = if texels.format() == wgpu::TextureFormat::Rgba16Float { &FILTER_HALF } else { &FILTER_SINGLE };
+    for (axis, (from, to)) in [(texels, &between), (&between, texels)].into_iter().enumerate() {
+        graph
+            .compute("transmittance.filter", shader)
+            .constant("AXIS", axis as u32)
+            .constant("RADIUS", radius)
+            .constant("GAUSSIAN", settings.choice("prefilter_kind") == "gaussian")
+            .constant("RESOLUTION", resident.transmittance.resolution)
+            .read("unfiltered", from)
+            .write("written", to)
+            .dispatch([size[0].div_ceil(8), size[1].div_ceil(8), 1], 1)
+            .await?;
+    }
+    Ok(())
 }
 
 /// The textures of the maps, empty, and how they are to be read.
@@ -169,24 +218,9 @@ async fn textures(gpu: &Gpu, resident: &Resident, settings: &Settings) -> Result
         .into());
     }
     let format = if single { wgpu::TextureFormat::Rgba32Float } else { wgpu::TextureFormat::Rgba16Float };
-    let texture = async |label, [width, height]: [u32; 2], format| {
-        gpu.texture(&wgpu::TextureDescriptor {
-            label: Some(label),
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage: wgpu::TextureUsages::STORAGE_BINDING
-                | wgpu::TextureUsages::TEXTURE_BINDING
-                | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        })
-        .await
-    };
     Ok(Transmittance {
-        maps: texture("transmittance maps", [4, mapped], wgpu::TextureFormat::Rgba32Float).await?,
-        texels: texture("transmittance", [columns * resolution, rows * resolution], format).await?,
+        maps: texture(gpu, "transmittance maps", [4, mapped], wgpu::TextureFormat::Rgba32Float).await?,
+        texels: texture(gpu, "transmittance", [columns * resolution, rows * resolution], format).await?,
         mapped,
         resolution,
         ranges,
@@ -196,6 +230,26 @@ async fn textures(gpu: &Gpu, resident: &Resident, settings: &Settings) -> Result
         sets,
         bias,
     })
+}
+
+/// A texture that passes write and read.
+async fn texture(
+    gpu: &Gpu,
+    label: &str,
+    [width, height]: [u32; 2],
+    format: wgpu::TextureFormat,
+) -> Result<wgpu::Texture, RenderError> {
+    gpu.texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    })
+    .await
 }
 
 /// How many numbers a basis has for so many asked for, and the bias of moments.

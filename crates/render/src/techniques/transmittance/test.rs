@@ -130,6 +130,44 @@ fn surfaces_look_up_what_arrives() {
     assert!(off < tolerance::MAPPED_FLOOR, "{off}");
 }
 
+/// A filter of the maps filters the extinction: the shadow of a thin cube on a floor is softer, and takes as much light.
+#[test]
+fn filtered_shadows_are_soft() {
+    let Some(gpu) = gpu() else { return };
+    let shadow = |settings: &str| {
+        let text = format!(
+            "camera = {{ position = [0, 2, 0], target = [0, -1, 0], up = [0, 0, -1], fov = 50 }}\nfilm.size = [48, 48]\n\
+             lights.sun.directional = {{ direction = [0, -1, 0], irradiance = 3 }}\n\
+             materials.white.lambert.reflectance = 0.8\n\
+             surfaces.floor = {{ shape.quad = {{ corner = [-2, -1, 2], edges = [[4, 0, 0], [0, 0, -4]] }}, material = \"white\" }}\n\
+             [media.frame]\ndensity.homogeneous = {{ min = [-1, -0.9, -1], max = [1, -0.8, 1] }}\noptics.coefficients.sigma_a = 1e-6\n\
+             [media.cube]\ndensity.homogeneous = {{ min = [-0.4, -0.9, -0.4], max = [0.4, -0.8, 0.4] }}\n\
+             optics.coefficients.sigma_a = 0.5\n[techniques.march]\nmodel = \"absorption\"\n\
+             [techniques.transmittance]\nresolution = 64\ndepths = \"light\"\n{settings}"
+        );
+        picture(&gpu, &world(&text)).pixels
+    };
+    // What the eye's own way through the cube takes is the same in both.
+    let sum = |pixels: &[[f32; 3]]| pixels.iter().map(|p| f64::from(p[0])).sum::<f64>();
+    let sharp = shadow("");
+    let change = |pixels: &[[f32; 3]]| {
+        let row = &pixels[24 * 48..25 * 48];
+        row.windows(2).map(|pair| (pair[1][0] - pair[0][0]).abs()).fold(0.0, f32::max)
+    };
+    let lit = f64::from(sharp[0][0]) * 48.0 * 48.0;
+    for kind in ["box", "gaussian"] {
+        let soft = shadow(&format!("prefilter = 8\nprefilter_kind = \"{kind}\""));
+        let (lost, before) = (lit - sum(&soft), lit - sum(&sharp));
+        assert!((lost / before - 1.0).abs() < tolerance::FILTERED_SHADOW, "{lost} of light taken, {before} unfiltered");
+        assert!(
+            change(&soft) < 0.8 * change(&sharp),
+            "{} from pixel to pixel, {} unfiltered",
+            change(&soft),
+            change(&sharp)
+        );
+    }
+}
+
 /// Memory is as computed: side² texels of 8 or 16 bytes a set, the range among them, channel and light.
 #[test]
 fn memory_is_as_computed() {
