@@ -46,10 +46,10 @@ fn check<B: Linear>(number: u32, basis: &B, window: Window) {
         .collect();
     for (case, found) in input.chunks(4).zip(probe_with(&gpu, &shader, &input, &[]).chunks(4)) {
         let [set, depth, begin, end] = case[0].as_dvec4().to_array();
-        for lane in 0..4 {
-            let channel = 4 * set as usize + lane;
+        let rows = [0, 1, 2].map(|row: usize| found[row].as_dvec4().to_array());
+        for (lane, channel) in (4 * set as usize..).take(4).enumerate() {
             let at = (number, count, channel, case[0]);
-            let [of_primitive, of_segment, taken] = [0, 1, 2].map(|row: usize| f64::from(found[row][lane]));
+            let [of_primitive, of_segment, taken] = rows.map(|row| row[lane]);
             let Some(k) = channel.checked_sub(first).filter(|&k| k < count) else {
                 assert!(of_primitive == 0.0 && of_segment == 0.0, "nothing is kept where there is no number: {at:?}");
                 continue;
