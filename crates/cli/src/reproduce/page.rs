@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use serde_json::{Map, Value, json};
-use tyndall_scene::image::write_atomically;
+use tyndall_scene::image::{DisplayImage, png, write_atomically};
 
 use crate::failure::Failure;
 
@@ -13,12 +13,14 @@ pub struct Page {
     title: String,
     body: String,
     results: Map<String, Value>,
+    /// Pictures, as files beside the page.
+    files: Vec<(String, Vec<u8>)>,
 }
 
 impl Page {
     /// An empty page.
     pub fn new(title: &str) -> Self {
-        Self { title: title.into(), body: String::new(), results: Map::new() }
+        Self { title: title.into(), body: String::new(), results: Map::new(), files: Vec::new() }
     }
 
     /// Begins a section.
@@ -29,6 +31,13 @@ impl Page {
     /// Appends a plot, an SVG.
     pub fn plot(&mut self, svg: &str) {
         self.body += &format!("<figure>{svg}</figure>\n");
+    }
+
+    /// Appends a picture, which becomes a file of this name beside the page.
+    pub fn picture(&mut self, name: &str, picture: &DisplayImage) -> Result<(), Failure> {
+        self.files.push((name.into(), png::encode(picture)?));
+        self.body += &format!("<figure><img src=\"{name}\" alt=\"{name}\"></figure>\n");
+        Ok(())
     }
 
     /// Appends a table; its rows stand in the JSON under `key`, each by the columns' names.
@@ -67,6 +76,9 @@ impl Page {
         let results = json!({ "title": self.title, "version": env!("CARGO_PKG_VERSION"), "results": self.results });
         let index = folder.join("index.html");
         write_atomically(&index, html.as_bytes())?;
+        for (name, bytes) in &self.files {
+            write_atomically(&folder.join(name), bytes)?;
+        }
         write_atomically(&folder.join("results.json"), format!("{results:#}\n").as_bytes())?;
         Ok(index)
     }
@@ -74,7 +86,7 @@ impl Page {
 
 const STYLE: &str = "body{font:16px/1.5 sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem}\
                      table{border-collapse:collapse}td,th{border:1px solid #ccc;padding:.2rem .6rem;text-align:right}\
-                     td:first-child,th:first-child{text-align:left}figure{margin:1rem 0}svg{max-width:100%}";
+                     td:first-child,th:first-child{text-align:left}figure{margin:1rem 0}svg,img{max-width:100%}";
 
 /// A number to four digits.
 fn shown(value: &Value) -> String {

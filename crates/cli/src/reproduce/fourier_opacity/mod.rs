@@ -5,6 +5,7 @@ mod rays;
 use serde_json::{Value, json};
 use tyndall::math::transmittance::{Basis, Cosine, Fourier, Haar, Legendre, Moments, Slices, Window, absorbance};
 use tyndall_scene::assets::Embedded;
+use tyndall_scene::image::DisplayImage;
 use tyndall_scene::{Document, World};
 
 use super::curves::{Axes, Curve, svg};
@@ -41,12 +42,14 @@ fn kept(name: &str, ray: &Ray, basis: &dyn Basis) -> Curve {
 /// All experiments.
 pub fn page() -> Result<Page, Failure> {
     let mut page = Page::new("Fourier Opacity Mapping (Jansen and Bavoil 2010)");
+    let world = plume()?;
     features(&mut page)?;
+    coefficient_maps(&mut page, &world)?;
     counts(&mut page)?;
     bounds(&mut page)?;
     ringing(&mut page)?;
     stall(&mut page);
-    bases(&mut page)?;
+    bases(&mut page, &world);
     Ok(page)
 }
 
@@ -56,6 +59,34 @@ fn features(page: &mut Page) -> Result<(), Failure> {
     let ray = rays::puffs();
     page.plot(&svg(&AXES, &[exact(&ray), kept("15 coefficients", &ray, &fourier(7))])?);
     Ok(())
+}
+
+/// The shipped plume.
+fn plume() -> Result<World, Failure> {
+    let document = Document::new("plume.toml (embedded)", SCENE);
+    let assets = Embedded(vec![("smoke.vdb", VOLUME)]);
+    World::load(document.parse()?, &assets, memory_budget()).map_err(|error| Failure::from(error.locate(&document)))
+}
+
+/// Figure 2.
+fn coefficient_maps(page: &mut Page, world: &World) -> Result<(), Failure> {
+    page.section(
+        "Figure 2",
+        "The seven coefficient maps of the plume, in parallel light from the side: a0, a1, b1, a2, b2, a3, b3. Grey is 0; each is scaled to \
+         its greatest magnitude.",
+    );
+    const SIDE: u32 = 96;
+    let basis = fourier(3);
+    let sums: Vec<_> = rays::through(world, SIDE).iter().map(|ray| ray.sums(&basis)).collect();
+    let count = Basis::count(&basis) as u32;
+    let greatest = |k: usize| sums.iter().map(|texel| texel[k].abs()).fold(1e-30, f64::max);
+    let scales: Vec<_> = (0..count as usize).map(greatest).collect();
+    let shade = |x: u32, y: u32| {
+        let (k, z) = ((x / SIDE) as usize, x % SIDE);
+        (0.5 + 0.5 * sums[((SIDE - 1 - y) * SIDE + z) as usize][k] / scales[k]) as f32
+    };
+    let pixels = (0..SIDE * SIDE * count).map(|i| [shade(i % (SIDE * count), i / (SIDE * count)); 3]).collect();
+    page.picture("coefficients.png", &DisplayImage { width: SIDE * count, height: SIDE, pixels })
 }
 
 /// Figure 4, along a ray.
@@ -227,12 +258,9 @@ fn at(bytes: usize) -> Vec<Named> {
 }
 
 /// All bases, at equal bytes a texel.
-fn bases(page: &mut Page) -> Result<(), Failure> {
-    let document = Document::new("plume.toml (embedded)", SCENE);
-    let assets = Embedded(vec![("smoke.vdb", VOLUME)]);
-    let world = World::load(document.parse()?, &assets, memory_budget())
-        .map_err(|error| Failure::from(error.locate(&document)))?;
-    let plume = rays::through(&world, 24);
+fn bases(page: &mut Page, world: &World) {
+    let rays = rays::through(world, 24).into_iter();
+    let plume: Vec<_> = rays.filter(|ray| !ray.segments.is_empty()).collect();
     let own: Vec<_> = plume.iter().filter_map(|ray| ray.with_own_range(6.0)).collect();
     let scenes = [
         ("plume", plume),
@@ -264,5 +292,4 @@ fn bases(page: &mut Page) -> Result<(), Failure> {
         let columns: Vec<_> = columns.iter().map(String::as_str).collect();
         page.table(&format!("bases_{bytes}_bytes"), &columns, &rows);
     }
-    Ok(())
 }

@@ -87,7 +87,8 @@ pub fn outlier() -> Ray {
     ray
 }
 
-/// Rays of parallel light from −x through the first medium of a world, `side`² of them, with segments of a 256th.
+/// Rays of parallel light from −x through the first medium of a world, `side`² of them, with segments of a 256th: row by row along z,
+/// the lowest first.
 pub fn through(world: &World, side: u32) -> Vec<Ray> {
     let Some(volume) = world.volumes.first() else { return Vec::new() };
     const SEGMENTS: u32 = 256;
@@ -102,6 +103,5 @@ pub fn through(world: &World, side: u32) -> Vec<Ray> {
         });
         Ray { primitives: Vec::new(), segments: segments.collect() }
     };
-    let rays = (0..side * side).map(|i| ray(i / side, i % side));
-    rays.filter(|ray| !ray.segments.is_empty()).collect()
+    (0..side * side).map(|i| ray(i / side, i % side)).collect()
 }
