@@ -75,13 +75,29 @@ def medium(volume):
     return {"type": "cube", "to_world": cube, "bsdf": {"type": "null"}, "interior": interior}
 
 
+def surface(of):
+    """Triangles; both sides reflect, and the front emits."""
+    ((kind, value),) = of["bsdf"].items()
+    if kind == "lambert":
+        bsdf = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": rgb(value)}}
+    elif kind == "mirror":
+        mirror = {"type": "conductor", "material": "none", "specular_reflectance": rgb(value)}
+        bsdf = {"type": "twosided", "bsdf": mirror}
+    else:
+        bsdf = {"type": "dielectric", "int_ior": value, "ext_ior": 1.0}
+    result = {"type": "ply", "filename": of["file"], "bsdf": bsdf}
+    if any(of["radiance"]):
+        result["emitter"] = {"type": "area", "radiance": rgb(of["radiance"])}
+    return result
+
+
 def scene(description, integrator, max_depth):
     """The whole scene."""
     camera, (width, height) = description["camera"], description["size"]
     result = {
         "type": "scene",
-        # No Russian roulette: that of volpathmis loses light.
-        "integrator": {"type": integrator, "max_depth": max_depth, "rr_depth": 2**30},
+        # No Russian roulette in media: that of volpathmis loses light. In closed rooms paths do not end without.
+        "integrator": {"type": integrator, "max_depth": max_depth, "rr_depth": 5 if integrator == "path" else 2**30},
         "sensor": {
             "type": "perspective",
             "fov": camera["fov"],
@@ -104,6 +120,8 @@ def scene(description, integrator, max_depth):
         result[f"light{i}"] = emitter(light)
     for i, volume in enumerate(description["media"]):
         result[f"medium{i}"] = medium(volume)
+    for i, of in enumerate(description["surfaces"]):
+        result[f"surface{i}"] = surface(of)
     return result
 
 

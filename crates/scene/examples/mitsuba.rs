@@ -1,7 +1,7 @@
 //! Takes a scene to Mitsuba 3, and its pictures back. `cargo xtask bench mitsuba` calls it.
 //!
 //! ```text
-//! mitsuba export SCENE FOLDER PATH=VALUE... writes FOLDER/scene.json, its voxels and its sky, which render.py reads
+//! mitsuba export SCENE FOLDER PATH=VALUE... writes FOLDER/scene.json, its voxels, surfaces and sky, which render.py reads
 //! mitsuba import FOLDER OUT.exr ROUND...    puts render.py's ROUND.json, .mean.f32 and .variance.f32 together
 //! ```
 
@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 use tyndall_scene::assets::Directory;
 use tyndall_scene::description::{Light, Optics};
 use tyndall_scene::image::{Image, Statistics};
+use tyndall_scene::surface::{Bsdf, Surface};
 use tyndall_scene::volume::{Budget, Grid};
 use tyndall_scene::{Document, EnvironmentMap, Field, World};
 
@@ -83,14 +84,53 @@ fn export(scene: &Path, folder: &Path, settings: &[&str]) -> Result<()> {
             "phase": phase,
         }));
     }
+    let surfaces = world.surfaces.iter().enumerate();
+    let surfaces =
+        surfaces.map(|(index, surface)| export_surface(surface, &folder.join(format!("surface{index}.ply"))));
     let scene = json!({
         "size": world.scene.film.size,
         "camera": world.scene.camera,
         "lights": lights,
         "media": media,
+        "surfaces": surfaces.collect::<Result<Vec<_>>>()?,
         "equilibrium": equilibrium,
     });
     Ok(fs::write(folder.join("scene.json"), scene.to_string())?)
+}
+
+/// A surface with its triangles as a file, in the world. Mitsuba's rough surfaces have other masking, and are not taken there.
+fn export_surface(surface: &Surface, path: &Path) -> Result<Value> {
+    let Surface { name, mesh, world_from_object, material } = surface;
+    let (bsdf, textured) = match &material.bsdf {
+        Bsdf::Lambert { reflectance, map } => (json!({ "lambert": reflectance }), map.is_some()),
+        Bsdf::Mirror { reflectance } => (json!({ "mirror": reflectance }), false),
+        Bsdf::Dielectric { ior } => (json!({ "dielectric": ior }), false),
+        Bsdf::MetallicRoughness { .. } => {
+            return Err(format!("surfaces.{name}: Mitsuba has no such rough surfaces").into());
+        }
+    };
+    if textured || material.emission_map.is_some() || material.normal_map.is_some() || material.double_sided {
+        return Err(format!("surfaces.{name}: textures and lights on both sides are not taken to Mitsuba").into());
+    }
+    let mirrors = world_from_object.determinant() < 0.0;
+    let corners = |&[a, b, c]: &[u32; 3]| if mirrors { [a, c, b] } else { [a, b, c] };
+    let mut file = BufWriter::new(fs::File::create(path)?);
+    let (vertices, triangles) = (mesh.positions.len(), mesh.triangles.len());
+    write!(file, "ply\nformat ascii 1.0\nelement vertex {vertices}\n")?;
+    write!(file, "property float x\nproperty float y\nproperty float z\n")?;
+    write!(file, "property float nx\nproperty float ny\nproperty float nz\n")?;
+    write!(file, "element face {triangles}\nproperty list uchar int vertex_index\nend_header\n")?;
+    let normals_from_object = world_from_object.inverse().transpose();
+    for (position, normal) in mesh.positions.iter().zip(&mesh.normals) {
+        let (p, n) = (world_from_object.transform_point3(*position), normals_from_object.transform_vector3(*normal));
+        let n = n.normalize_or_zero();
+        writeln!(file, "{} {} {} {} {} {}", p.x, p.y, p.z, n.x, n.y, n.z)?;
+    }
+    for [a, b, c] in mesh.triangles.iter().map(corners) {
+        writeln!(file, "3 {a} {b} {c}")?;
+    }
+    file.flush()?;
+    Ok(json!({ "file": path, "bsdf": bsdf, "radiance": material.emission }))
 }
 
 /// A map of twice as many rows and one, of which Mitsuba makes the same function of direction.

@@ -24,7 +24,7 @@
 mod test;
 
 use glam::{UVec2, Vec3, Vec4};
-use tyndall_scene::parameter::{Kind, Parameter};
+use tyndall_scene::parameter::{Kind, Parameter, Settings};
 use wgpu::TextureUsages;
 
 use crate::graph::{Draw, Graph, Region, Shader, shader};
@@ -62,6 +62,9 @@ pub const RADIUS: Parameter = Parameter {
 /// The distance from a light before which nothing casts a shadow, relative to the size of the scene.
 const NEAREST: f32 = 1e-6;
 
+/// Loop iterations that a look at shadow maps takes in media, at most: cascades, and the filter's rows and texels.
+pub(crate) const ITERATIONS: u64 = 12;
+
 /// Maps a submission.
 const BATCH: u32 = 64;
 
@@ -74,6 +77,13 @@ pub struct Options {
     pub cascades: u32,
     /// How far filters reach [texels].
     pub radius: f32,
+}
+
+impl Options {
+    /// For media, whose technique has the parameter [`RESOLUTION`]: what scatters along a ray needs no filter.
+    pub(crate) fn of_media(settings: &Settings) -> Self {
+        Self { resolution: settings.number(RESOLUTION.name) as u32, cascades: 4, radius: 0.5 }
+    }
 }
 
 /// A map to be fitted (`fit.wesl`).
@@ -214,11 +224,25 @@ fn parts(light: &Light, options: &Options) -> (u32, u32) {
 /// Places maps in an atlas: the largest first, in rows.
 fn pack(gpu: &Gpu, casts: &mut [Cast]) -> Result<(), RenderError> {
     let limit = gpu.device.limits().max_texture_dimension_2d;
+    let refused = || RenderError::Limit {
+        what: "shadow maps".into(),
+        found: format!(
+            "{} of up to {} texels a side",
+            casts.len(),
+            casts.iter().map(|cast| cast.size).max().unwrap_or(0)
+        ),
+        limit: format!("{limit} x {limit} texels in all, and {limit} maps"),
+        advice: "Use a lower shadow_resolution, or fewer lights, area_points or environment_directions.".into(),
+    };
+    if casts.len() > limit as usize {
+        return Err(refused());
+    }
     let area: u64 = casts.iter().map(|cast| u64::from(cast.size).pow(2)).sum();
     let largest = casts.iter().map(|cast| cast.size).max().unwrap_or(1);
     let width = (area.isqrt() as u32 + 1).next_multiple_of(largest).min(limit);
     let mut order: Vec<_> = (0..casts.len()).collect();
     order.sort_by_key(|&i| std::cmp::Reverse(casts[i].size));
+    let mut origins = vec![UVec2::ZERO; casts.len()];
     let (mut at, mut row) = (UVec2::ZERO, 0);
     for i in order {
         let size = casts[i].size;
@@ -227,16 +251,14 @@ fn pack(gpu: &Gpu, casts: &mut [Cast]) -> Result<(), RenderError> {
             row = 0;
         }
         row = row.max(size);
-        casts[i].origin = at;
+        origins[i] = at;
         at.x += size;
-        if casts[i].origin.max_element() + size > limit {
-            return Err(RenderError::Limit {
-                what: "shadow maps".into(),
-                found: format!("{} of up to {largest} texels a side", casts.len()),
-                limit: format!("{limit} x {limit} texels in all"),
-                advice: "Use a lower shadow_resolution, or fewer lights, area_points or environment_directions.".into(),
-            });
+        if origins[i].max_element() + size > limit {
+            return Err(refused());
         }
+    }
+    for (cast, origin) in casts.iter_mut().zip(origins) {
+        cast.origin = origin;
     }
     Ok(())
 }

@@ -164,3 +164,10 @@ fn another_light_is_caught() {
     let Some([_, _, wrong]) = errors(&world, SUN.1, |_| REACH * texel) else { return };
     assert!(wrong > 30, "{wrong}");
 }
+
+/// The smallest maps under the widest filter: still a picture, in which the shadow is where it was.
+#[test]
+fn the_smallest_maps() {
+    let world = lit(POINT.0, "shadow_resolution = 64\nshadow_radius = 8");
+    assert_shadows(&world, POINT.1, 0.04, |distance| (8.0 + REACH) * 2.0 * distance / (0.5 * 32.0));
+}

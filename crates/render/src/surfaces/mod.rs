@@ -23,7 +23,8 @@ const NEAREST: f32 = 1e-6;
 /// What a camera sees of surfaces in the middle of each pixel; `surfaces/gbuffer.wesl` reads it.
 #[derive(Clone, Debug)]
 pub struct GBuffer {
-    /// `Rgba32Float`: the distance along the camera ray [m], 1e30 where there is no surface; texture coordinates u, v.
+    /// `Rgba32Float`: the distance along the camera ray [m], 1e30 where there is no surface; texture coordinates u, v;
+    /// the vertices' colour, 8 bits a channel, as `surfaces/gbuffer.wesl` packs it.
     pub place: wgpu::Texture,
     /// `Rgba32Uint`: the triangle's normal and that for shading, on the front side, as `math/octahedral.wesl` packs them; the
     /// number of the surface; that of the triangle, from 1, or 0 where there is none.

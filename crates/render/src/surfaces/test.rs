@@ -126,3 +126,50 @@ fn motion_is_from_the_frame_before() {
     }
     assert!(near > 1000 && far > 1000, "{near} {far}");
 }
+
+/// Of a frame, motion is since the rendering before: none where the camera stands.
+#[test]
+fn a_frame_remembers_its_camera() {
+    let Some(gpu) = gpu() else { return };
+    let world = world(SCENE);
+    let mut frame = pollster::block_on(crate::Frame::new(&gpu, &world)).unwrap();
+    let longest = |frame: &mut crate::Frame| {
+        frame.render();
+        let motion = &frame.gbuffer().unwrap().motion;
+        let motion: Vec<[f32; 2]> = pollster::block_on(read_texels(&gpu, motion)).unwrap();
+        motion.iter().map(|&v| Vec2::from(v).length()).fold(0.0, f32::max)
+    };
+    assert!(longest(&mut frame) < tolerance::MOTION as f32);
+    let mut camera = world.scene.camera.clone();
+    camera.position.x += 0.1;
+    frame.set_camera(&camera);
+    let moved = longest(&mut frame);
+    assert!(moved > 1.0 && moved < 20.0, "{moved}");
+    assert!(longest(&mut frame) < tolerance::MOTION as f32);
+}
+
+/// Colours of vertices come through to what is lit, as the reference has them.
+#[test]
+fn colours_of_vertices() {
+    let Some(gpu) = gpu() else { return };
+    let sun = "[lights]\nsun.directional = { direction = [-1, -3, -1], irradiance = 3 }\n";
+    let mut world = world(&format!("{SCENE}{sun}"));
+    let color = glam::Vec4::new(0.5, 0.3, 1.0, 1.0);
+    for surface in &mut world.surfaces {
+        let mesh = std::sync::Arc::make_mut(&mut surface.mesh);
+        mesh.colors = vec![color; mesh.positions.len()];
+    }
+    let colored = crate::test::picture(&gpu, &world);
+    for surface in &mut world.surfaces {
+        std::sync::Arc::make_mut(&mut surface.mesh).colors.clear();
+    }
+    let plain = crate::test::picture(&gpu, &world);
+    for (colored, plain) in colored.pixels.iter().zip(&plain.pixels) {
+        for c in 0..3 {
+            // The root of a channel is rounded to 8 bits.
+            let packed = ((255.0 * color[c].sqrt()).round() / 255.0).powi(2);
+            assert!((colored[c] - packed * plain[c]).abs() <= 1e-5 * plain[c], "{colored:?} {plain:?}");
+        }
+    }
+    assert!(plain.pixels.iter().any(|pixel| pixel[0] > 0.1));
+}

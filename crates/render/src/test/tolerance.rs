@@ -89,6 +89,8 @@ pub const DIRECT_SKY_MANY: f64 = 0.02;
 pub const SURFACE_ORDER: f64 = 2e-3;
 /// Media before surfaces at half the resolution, on a film 48 pixels wide: the smoke's edges.
 pub const SURFACE_HALF: f64 = 0.02;
+/// As [`DIRECT_SKY`], of lights that have a size, on rough metal, too.
+pub const DIRECT_SIZE: f64 = 0.08;
 /// A constant extinction looked up: ranges of depths end where steps do, and numbers are sums in single precision.
 pub const MAPPED: f64 = 2e-4;
 /// A ball with a soft edge, of an optical depth of 8, with 15 coefficients of Fourier's series and 96 texels a side.

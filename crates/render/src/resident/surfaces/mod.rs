@@ -18,12 +18,14 @@ pub struct Vertex {
     pub position: Vec3,
     /// The first texture coordinate.
     pub u: f32,
-    /// A unit vector on the front side.
+    /// On the front side, a unit vector but where a transform stretches: interpolated, and then made one.
     pub normal: Vec3,
     /// The second texture coordinate.
     pub v: f32,
-    /// A unit vector along u, and the sign of the bitangent w·(normal × tangent); 0 where there is none.
+    /// Along u, and the sign of the bitangent w·(normal × tangent); 0 where there is none.
     pub tangent: Vec4,
+    /// Linear red, green, blue and alpha, which multiply the material's.
+    pub color: Vec4,
 }
 
 /// What a surface does to light as shaders see it. A map is its first texel, and its width and height, 16 bits each; 0, 0 where
@@ -109,7 +111,7 @@ impl Surfaces {
         let mut materials: Vec<_> = surfaces.iter().map(|surface| material(surface, &mut maps)).collect();
         let limits = gpu.device.limits();
         let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        let sizes = [("vertices", vertices.len(), 48), ("triangles", triangles.len(), 16)];
+        let sizes = [("vertices", vertices.len(), 64), ("triangles", triangles.len(), 16)];
         for (what, count, size) in sizes {
             if count as u64 * size > most {
                 return Err(RenderError::Limit {
@@ -147,16 +149,19 @@ pub(crate) fn triangles(surfaces: &[Surface]) -> (Vec<Vertex>, Vec<UVec4>) {
         let (first, mesh) = (vertices.len() as u32, &surface.mesh);
         let linear = Mat3::from_mat4(surface.world_from_object);
         let mirrored = linear.determinant() < 0.0;
-        let normals = linear.as_dmat3().inverse().transpose().as_mat3();
+        // Lengths are those of a transform that keeps volumes.
+        let scale = linear.determinant().abs().cbrt();
+        let normals = linear.as_dmat3().inverse().transpose().as_mat3() * scale;
         for (i, position) in mesh.positions.iter().enumerate() {
-            let normal = (normals * mesh.normals[i]).normalize_or_zero();
+            let normal = normals * mesh.normals[i];
             let tangent = mesh.tangents.get(i).map_or(Vec4::ZERO, |tangent| {
                 let turned = if mirrored { -tangent.w } else { tangent.w };
-                (linear * tangent.truncate()).normalize_or_zero().extend(turned)
+                (linear * tangent.truncate() / scale).extend(turned)
             });
             let uv = mesh.texcoords[i];
             let position = surface.world_from_object.transform_point3(*position);
-            vertices.push(Vertex { position, u: uv.x, normal, v: uv.y, tangent });
+            let color = mesh.colors.get(i).copied().unwrap_or(Vec4::ONE);
+            vertices.push(Vertex { position, u: uv.x, normal, v: uv.y, tangent, color });
         }
         triangles.extend(mesh.triangles.iter().map(|&[a, b, c]| {
             // What mirrors turns triangles over, but not what is front.

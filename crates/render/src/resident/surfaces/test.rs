@@ -25,7 +25,7 @@ fn surfaces() -> Vec<Surface> {
         normals: vec![Vec3::Z; 3],
         texcoords: vec![Vec2::new(-0.3, 0.2), Vec2::new(1.7, 0.1), Vec2::new(0.1, 2.4)],
         tangents: vec![Vec4::new(1.0, 0.0, 0.0, 1.0); 3],
-        colors: Vec::new(),
+        colors: vec![Vec4::new(1.0, 0.5, 0.25, 0.9), Vec4::ONE, Vec4::new(0.2, 1.0, 0.6, 0.8)],
         triangles: vec![[0, 1, 2]],
     });
     let full = Material {
@@ -80,8 +80,10 @@ fn maps_and_normals_equal_the_hosts() {
         assert_close(found[1].x.into(), 2.0, tolerance::PROBE, pair);
         assert_close(found[1].y.into(), uv.x.into(), tolerance::PROBE, pair);
         assert_close(found[1].z.into(), uv.y.into(), tolerance::PROBE, pair);
+        let colors = &list[0].mesh.colors;
+        let color = colors[0] * (1.0 - at.x - at.y) + colors[1] * at.x + colors[2] * at.y;
         let expected = match pair[1].w as u32 {
-            0 => base_color * map(base_color_map, uv).truncate(),
+            0 => color.truncate() * base_color * map(base_color_map, uv).truncate(),
             1 => material.emission * map(&material.emission_map, uv).truncate(),
             2 => {
                 let normal_map = material.normal_map.as_ref().unwrap();
@@ -97,7 +99,7 @@ fn maps_and_normals_equal_the_hosts() {
         for c in 0..3 {
             assert_close(found[0][c].into(), expected[c].into(), tolerance::PROBE_MAP, pair);
         }
-        let alpha = map(base_color_map, uv).w;
+        let alpha = color.w * map(base_color_map, uv).w;
         if (alpha - 0.5).abs() > 1e-2 {
             assert_eq!(found[0].w > 0.5, alpha < 0.5, "{pair:?}");
         }
@@ -111,7 +113,7 @@ fn fronts_stay_fronts() {
     for t in triangles {
         let [a, b, c] = [t.x, t.y, t.z].map(|i| vertices[i as usize]);
         let normal = (b.position - a.position).cross(c.position - a.position).normalize();
-        assert!(normal.distance(a.normal) < 1e-6, "{normal} {}", a.normal);
+        assert!(normal.distance(a.normal.normalize()) < 1e-6, "{normal} {}", a.normal);
         // The bitangent goes the way of v's growth: from the first corner to the third.
         let bitangent = a.tangent.w * a.normal.cross(a.tangent.truncate());
         let third = if t.w == 0 { c } else { b };

@@ -13,7 +13,8 @@
 //! function is not in proportion to anything: its cells are cut so that the value changes by at most `value_step` in each
 //! piece, and looked up in its middle. A cell is cut into 64 pieces at most.
 //!
-//! Not in the model: light scattered more than once, and the constant environment, which is only seen behind the mesh.
+//! Not in the model: light scattered more than once, and that of the environment and of surfaces that emit, which are only seen
+//! behind the mesh.
 
 mod boundary;
 #[cfg(test)]
@@ -25,9 +26,10 @@ use tyndall_scene::parameter::{Kind, Parameter};
 use tyndall_scene::volume::Mesh;
 use tyndall_scene::{Field, FieldError, Volume, World};
 
-use super::{MODEL, Recording, Role, SAMPLES, TERMINATION, Technique, plain, without_surfaces};
+use super::{MODEL, Recording, Role, SAMPLES, TERMINATION, Technique, plain};
 use crate::graph::{Shader, shader};
 use crate::resident::Lights;
+use crate::shadows::{self, Options, Shadows};
 use crate::{Gpu, RenderError};
 use boundary::NOWHERE;
 pub(crate) use boundary::Node;
@@ -53,6 +55,7 @@ pub const TECHNIQUE: Technique = Technique {
         },
         TERMINATION,
         SAMPLES,
+        shadows::RESOLUTION,
     ],
     record: |recording| Box::pin(record(recording)),
 };
@@ -103,15 +106,16 @@ struct Nodes {
 }
 
 async fn record(
-    Recording { graph, resident, settings, film, world, .. }: Recording<'_, '_>,
+    Recording { graph, resident, settings, film, world, behind, .. }: Recording<'_, '_>,
 ) -> Result<(), RenderError> {
     plain(world, TECHNIQUE.name)?;
-    without_surfaces(world, TECHNIQUE.name)?;
     let gpu = graph.gpu();
     let (volume, mesh) = only_mesh(world)?;
     check_size(gpu, volume, mesh)?;
     let model = settings.choice("model");
-    let lights = if model == "single_scattering" { resident.lights.clone() } else { Vec::new() };
+    let mut lights = if model == "single_scattering" { resident.lights.clone() } else { Vec::new() };
+    let options = Options::of_media(settings);
+    let casts = Shadows::plan(gpu, resident, &mut lights, &options)?;
     let nodes = boundary::hierarchy(mesh);
     let entries = resident.transfers.width() - 1;
     let mut cells = Cells {
@@ -147,9 +151,13 @@ async fn record(
     let nodes = gpu.buffer("nodes", &Nodes { nodes });
     let lights = gpu.buffer("lights", &Lights { lights });
     let cells = gpu.buffer("cells", &cells);
+    let shadows = Shadows::record(graph, resident, &resident.view, &lights, casts, &options).await?;
     let tile = graph.tile();
     graph
         .compute("cells", &CELLS)
+        .constant("BEHIND", behind.is_some())
+        .shadows(&shadows)
+        .read("behind", behind.unwrap_or(&resident.transfers))
         .constant("TRANSFER", transfers(volume))
         .constant("EMISSION", model != "absorption")
         .constant("ROUNDS", several)
@@ -252,7 +260,7 @@ fn rounds(gpu: &Gpu, cells: &Cells, steps: u64) -> Result<(u32, u32), RenderErro
     /// The faces of a cell, and the loop around them.
     const CROSSING: u64 = 5;
     let [lights, visits] = [cells.lights, cells.visits].map(u64::from);
-    let per_light = 1 + CROSSING * u64::from(cells.light_cells) + visits;
+    let per_light = 1 + CROSSING * u64::from(cells.light_cells) + visits + shadows::ITERATIONS;
     let per_step = lights.saturating_mul(per_light).saturating_add(CROSSING + visits);
     let limit = u64::from(gpu.iterations());
     if per_step > limit {

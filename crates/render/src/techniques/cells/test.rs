@@ -228,3 +228,30 @@ fn what_is_no_mesh() {
         "media.m.density.mesh: found a mesh, with techniques.march; accepted: a mesh with techniques.cells"
     );
 }
+
+/// A surface in the middle of a mesh is seen through the half before it, e^{−σ/2}, and the half behind it is not seen; and a roof
+/// keeps the sun off.
+#[test]
+fn cells_end_at_surfaces() {
+    let Some(gpu) = gpu() else { return };
+    let cells = "techniques.cells = {}\n";
+    let optics = "optics.coefficients = { sigma_a = [1, 2, 3], emission = [1, 1, 1] }\n";
+    let quad =
+        "surfaces.quad = { shape.quad = { corner = [-1, -1, 0], edges = [[2, 0, 0], [0, 2, 0]] }, radiance = 5 }\n";
+    let world = meshed(&format!("{CAMERA}{cells}{quad}{MEDIUM}{optics}"), hexahedra(3, true, |_| true, |_| 1.0));
+    let expected = [1.0, 2.0, 3.0f64].map(|sigma| {
+        let through = (-0.5 * sigma).exp();
+        5.0 * through + (1.0 - through) / sigma
+    });
+    assert_radiance(&picture(&gpu, &world), expected, tolerance::EXACT);
+
+    let sun = "lights.sun.directional = { direction = [0, -1, 0], irradiance = 1 }\n";
+    let roof = "surfaces.roof.shape.quad = { corner = [-1, 1, 1], edges = [[2, 0, 0], [0, 0, -2]] }\n";
+    let optics = "optics.coefficients.sigma_s = 1\n";
+    let lit = |roof: &str| {
+        let text = format!("{CAMERA}{cells}{sun}{roof}{MEDIUM}{optics}");
+        picture(&gpu, &meshed(&text, hexahedra(3, true, |_| true, |_| 1.0))).pixels[0][0]
+    };
+    assert!(lit("") > 0.01);
+    assert_eq!(lit(roof), 0.0);
+}

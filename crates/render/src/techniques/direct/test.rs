@@ -1,10 +1,12 @@
 //! Every kind of light against the reference, which follows light to its first surface; and smoke over a floor.
 
+use std::sync::Arc;
+
 use glam::{DVec3, Vec2};
 use tyndall_reference::{Random, Tracer};
-use tyndall_scene::World;
 use tyndall_scene::image::Image;
 use tyndall_scene::metrics::linear::linear_errors;
+use tyndall_scene::{EnvironmentMap, World};
 
 use crate::resident::surfaces::triangles;
 use crate::surfaces::test::{cast, through, view_of};
@@ -58,6 +60,28 @@ fn lights_without_a_size_agree_with_the_reference() {
         let Some(error) = error(&format!("{light}\ntechniques.direct.shadow_radius = 0.5"), 1) else { return };
         assert!(error <= tolerance::DIRECT, "{light}: {error}");
     }
+}
+
+/// What has a size, on rough metal, too: the reference's noise is some 2 %.
+#[test]
+fn lights_with_a_size_agree_with_the_reference() {
+    for light in [
+        "surfaces.lamp = { shape.quad = { corner = [0.5, 2, 0], edges = [[1, 0, 0], [0, 0, 1]] }, radiance = [3, 2, 1] }",
+        "surfaces.lamp = { shape.sphere = { center = [1.5, 1.6, 0.5], radius = 0.2 }, radiance = [9, 6, 3] }",
+        "lights.sky.constant.radiance = [1, 2, 3]",
+    ] {
+        let Some(error) = error(light, 64) else { return };
+        assert!(error <= tolerance::DIRECT_SIZE, "{light}: {error}");
+    }
+    // A sky that is bright towards the sun, all around.
+    let Some(gpu) = gpu() else { return };
+    let mut world = world(SCENE);
+    let pixels =
+        (0..32 * 16).map(|i| [0.3 + 6.0 * (-0.02 * ((i % 32 - 20i32).pow(2) + (i / 32 - 3).pow(2)) as f32).exp(); 3]);
+    let map = Image { width: 32, height: 16, pixels: pixels.collect(), ..Default::default() };
+    world.environment = Some(Arc::new(EnvironmentMap::new(map, 0.0).unwrap()));
+    let error = linear_errors(&picture(&gpu, &world), &reference(&world, 64)).relative_rmse;
+    assert!(error <= tolerance::DIRECT_SIZE, "map: {error}");
 }
 
 /// Floor, wall and block without the ball, of Lambert's kind, in this light: how far the picture is from a sum over so many
@@ -142,6 +166,33 @@ fn smoke_over_a_floor_agrees_with_the_reference() {
     assert!(error <= tolerance::DIRECT_SMOKE, "{error}");
 }
 
+/// A roof over half of a thin medium keeps the sun from that half, and from no more.
+#[test]
+fn media_receive_shadows() {
+    let Some(gpu) = gpu() else { return };
+    let of = |roof: &str| {
+        let text = format!(
+            "camera = {{ position = [0, 0, 5], target = [0, 0, 0], fov = 2 }}\nfilm.size = [40, 4]\n\
+             lights.sun.directional = {{ direction = [0, -1, 0], irradiance = 1 }}\n{roof}\n[media.m]\n\
+             density.homogeneous = {{ min = [-0.8, -0.5, -0.5], max = [0.8, 0.5, 0.5] }}\noptics.coefficients.sigma_s = 0.1"
+        );
+        picture(&gpu, &world(&text))
+    };
+    let (open, roofed) =
+        (of(""), of("surfaces.roof.shape.quad = { corner = [0, 0.9, 2], edges = [[2, 0, 0], [0, 0, -4]] }"));
+    // Rays converge: near the edge they see both halves.
+    for (i, (open, roofed)) in open.pixels.iter().zip(&roofed.pixels).enumerate() {
+        match i % 40 {
+            0..=17 => {
+                assert!((f64::from(open[0] / roofed[0]) - 1.0).abs() < tolerance::EXACT, "{i}: {open:?} {roofed:?}")
+            }
+            22..=39 => assert_eq!(*roofed, [0.0; 3], "{i}"),
+            _ => {}
+        }
+    }
+    assert!(open.pixels[30][0] > 1e-3);
+}
+
 /// Marched towards the eye, the picture is the same; at half the resolution it is nearly so, and surfaces keep theirs.
 #[test]
 fn media_end_at_surfaces_however_they_are_marched() {
@@ -177,9 +228,10 @@ fn other_techniques_say_that_they_have_no_surfaces() {
 #[test]
 fn what_does_not_fit_is_refused() {
     let Some(gpu) = gpu() else { return };
-    let sky = "lights.sky.constant.radiance = 1\n";
+    let sky = "lights.sky.constant.radiance = 1\nsurfaces.lamp = { shape.sphere = { center = [1.5, 1.6, 0.5], radius = 0.2 }, radiance = 1 }\n";
     for (settings, says) in [
         ("environment_directions = 1024, shadow_resolution = 8192", "shadow_resolution"),
+        ("area_points = 4096, shadow_resolution = 64", "area_points"),
         ("light_step = 0.01", "light_step"),
     ] {
         let result = render(&gpu, &world(&format!("{SCENE}{sky}techniques.direct = {{ {settings} }}\n{}", MANY)));

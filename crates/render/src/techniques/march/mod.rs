@@ -120,9 +120,6 @@ pub const TECHNIQUE: Technique = Technique {
     record: |recording| Box::pin(record(recording)),
 };
 
-/// Shadow maps of a directional light, as media see them.
-const CASCADES: u32 = 4;
-
 static MARCH: Shader = shader!("techniques/march/march");
 static UPSAMPLE: Shader = shader!("techniques/march/upsample");
 
@@ -180,7 +177,7 @@ pub(crate) async fn record_up_to(
     let suns = lights.iter().filter(|light| light.local == 0).count() as u32;
     lights.extend(emitters::lights(&world.surfaces, settings.number("area_points") as u32));
     lights.extend(environment::lights(resident, settings.number("environment_directions") as u32));
-    let options = Options { resolution: settings.number("shadow_resolution") as u32, cascades: CASCADES, radius: 0.5 };
+    let options = Options::of_media(settings);
     let casts = if scattering { Shadows::plan(gpu, resident, &mut lights, &options)? } else { Vec::new() };
     let stride = Stride {
         step: settings.number("step"),
@@ -326,7 +323,7 @@ fn rounds(
         .saturating_add(bricks(scattering.stride.step))
         .saturating_mul(per_step)
         .saturating_add(resident.transmittance.iterations())
-        .saturating_add(octaves * (volumes + 1) + volumes);
+        .saturating_add(octaves * (volumes + 1) + volumes + shadows::ITERATIONS);
     // Gradients and the search for surfaces have loops of their own.
     let details = if resident.traits.shaded || resident.traits.surfaces { (64 + 64 * looks) * volumes } else { 0 };
     let per_sample = lights.saturating_mul(per_light).saturating_add(per_step + volumes + details);
