@@ -12,6 +12,8 @@ pub struct Transmittance {
     pub texels: wgpu::Texture,
     /// How many lights have maps; 0: there are none.
     pub mapped: u32,
+    /// For how many directions of the environment, after the other lights; 0: it has no maps.
+    pub directions: u32,
     /// Texels a side of a tile.
     pub resolution: u32,
     /// Whether each texel has a range of depths of its own, in a set before the others.
@@ -42,6 +44,7 @@ impl Transmittance {
             maps,
             texels,
             mapped: 0,
+            directions: 0,
             resolution: 1,
             ranges: false,
             columns: 1,

@@ -1,6 +1,6 @@
 //! Maps of the transmittance from lights: what of a light arrives at a position is looked up, not marched to [Jansen10].
 //!
-//! From every light but the environment, rays go through the texels of a square: parallel ones around what is seen of media, those of a
+//! From every light, and from as many directions of the environment as `march` has, rays go through the texels of a square: parallel ones around what is seen of media, those of a
 //! spot light by the stereographic projection of its cone, those of a point light by the octahedron. On each, depths from 0 to 1 are as
 //! tight around the media as their bricks. The ray is marched once, with `light_step`, and of each segment the integral is
 //! deposited in the numbers of a basis (`math/transmittance`): no sample of it is lost, whatever lies between two slices.
@@ -15,12 +15,12 @@
 #[cfg(test)]
 mod test;
 
-use tyndall_scene::FieldError;
 use tyndall_scene::parameter::{Kind, Parameter, Settings};
+use tyndall_scene::{FieldError, World};
 
-use super::{Recording, Role, Technique, without_meshes};
+use super::{Recording, Role, Technique, chosen, without_meshes};
 use crate::graph::{Graph, Shader, shader};
-use crate::resident::{Lights, Resident, Stride, Transmittance};
+use crate::resident::{Lights, Resident, Stride, Transmittance, environment};
 use crate::{Gpu, RenderError};
 
 /// The declaration of maps of transmittance.
@@ -115,14 +115,18 @@ pub(crate) struct Deposit {
 async fn record(Recording { graph, resident, settings, world, .. }: Recording<'_, '_>) -> Result<(), RenderError> {
     without_meshes(world, TECHNIQUE.name)?;
     let gpu = graph.gpu();
-    let mapped = resident.lights.len() as u32;
+    let asked = directions(world)?;
+    let directions = environment::lights(resident, asked);
+    let lights = [resident.lights.as_slice(), &directions].concat();
+    let mapped = lights.len() as u32;
     if mapped == 0 {
         return Ok(());
     }
     let light_step = settings.number("light_step");
     within_iterations(gpu, resident, light_step)?;
-    let made = textures(gpu, resident, settings).await?;
-    let lights = gpu.buffer("lights", &Lights { lights: resident.lights.clone() });
+    let mut made = textures(gpu, resident, settings, mapped).await?;
+    made.directions = if directions.is_empty() { 0 } else { asked };
+    let lights = gpu.buffer("lights", &Lights { lights });
     let least = Stride::least(&resident.traits);
     let stride = Stride { step: light_step, least, offset: 0.5, tolerance: 0.0, skip: 1, lit: 0 };
     let deposit = gpu.buffer("deposit", &Deposit { stride, deepest: settings.number("deepest") });
@@ -181,9 +185,22 @@ async fn prefilter(graph: &mut Graph<'_>, resident: &Resident, settings: &Settin
     Ok(())
 }
 
+/// From how many directions the scene's technique of media scatters the environment.
+fn directions(world: &World) -> Result<u32, RenderError> {
+    let name = "environment_directions";
+    let techniques = chosen(&world.scene)?;
+    let media = techniques.iter().find(|(technique, _)| technique.role == Role::Media);
+    let declared = media.filter(|(technique, _)| technique.parameters.iter().any(|parameter| parameter.name == name));
+    Ok(declared.map_or(0, |(_, settings)| settings.number(name) as u32))
+}
+
 /// The textures of the maps, empty, and how they are to be read.
-async fn textures(gpu: &Gpu, resident: &Resident, settings: &Settings) -> Result<Transmittance, RenderError> {
-    let mapped = resident.lights.len() as u32;
+async fn textures(
+    gpu: &Gpu,
+    resident: &Resident,
+    settings: &Settings,
+    mapped: u32,
+) -> Result<Transmittance, RenderError> {
     let basis = BASES.iter().position(|&name| name == settings.choice("basis")).unwrap_or(0) as u32;
     let given = settings.number("coefficients") as u32;
     let (count, bias) = numbers(basis, given);
@@ -222,6 +239,7 @@ async fn textures(gpu: &Gpu, resident: &Resident, settings: &Settings) -> Result
         maps: texture(gpu, "transmittance maps", [4, mapped], wgpu::TextureFormat::Rgba32Float).await?,
         texels: texture(gpu, "transmittance", [columns * resolution, rows * resolution], format).await?,
         mapped,
+        directions: 0,
         resolution,
         ranges,
         columns,

@@ -112,6 +112,18 @@ fn the_plume_looks_as_marched() {
     assert!(slices > 1.15 * seven, "{slices} with slices, {seven} with as many coefficients");
 }
 
+/// A sky's directions have maps, too.
+#[test]
+fn a_sky_is_looked_up() {
+    let Some(gpu) = gpu() else { return };
+    let sky = "lights.sky.constant.radiance = [1, 2, 3]";
+    let exact = lit_cube(&gpu, sky, "");
+    let found =
+        lit_cube(&gpu, sky, "techniques.transmittance = { coefficients = 15, resolution = 64, light_step = 0.5 }");
+    let off = error(&found, &exact);
+    assert!(off < tolerance::MAPPED_BALL, "{off}");
+}
+
 /// What stands in shadow of smoke is darker by what the smoke takes: a white square under the cube, in the sun.
 #[test]
 fn surfaces_look_up_what_arrives() {
