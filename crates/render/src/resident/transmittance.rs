@@ -14,6 +14,8 @@ pub struct Transmittance {
     pub mapped: u32,
     /// For how many directions of the environment, after the other lights; 0: it has no maps.
     pub directions: u32,
+    /// Whether all that have maps are directional.
+    pub parallel: bool,
     /// Texels a side of a tile.
     pub resolution: u32,
     /// Whether each texel has a range of depths of its own, in a set before the others.
@@ -44,6 +46,7 @@ impl Transmittance {
             maps,
             texels,
             mapped: 0,
+            parallel: true,
             directions: 0,
             resolution: 1,
             ranges: false,
@@ -56,9 +59,10 @@ impl Transmittance {
     }
 
     /// What shaders that read the maps are specialised for.
-    pub fn constants(&self) -> [(&'static str, f64); 8] {
+    pub fn constants(&self) -> [(&'static str, f64); 9] {
         [
             ("MAPPED", self.mapped.into()),
+            ("PARALLEL_MAPS", self.parallel.into()),
             ("RESOLUTION", self.resolution.into()),
             ("RANGES", self.ranges.into()),
             ("COLUMNS", self.columns.into()),

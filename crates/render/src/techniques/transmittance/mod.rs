@@ -239,6 +239,7 @@ async fn textures(
         maps: texture(gpu, "transmittance maps", [4, mapped], wgpu::TextureFormat::Rgba32Float).await?,
         texels: texture(gpu, "transmittance", [columns * resolution, rows * resolution], format).await?,
         mapped,
+        parallel: resident.lights.iter().all(|light| light.local == 0),
         directions: 0,
         resolution,
         ranges,
