@@ -25,6 +25,10 @@ pub struct Axes<'a> {
     pub top: f64,
 }
 
+/// The first, which is exact, is black.
+const COLORS: [RGBColor; 5] =
+    [BLACK, RGBColor(30, 90, 200), RGBColor(214, 60, 50), RGBColor(40, 150, 70), RGBColor(150, 80, 180)];
+
 /// Curves as SVG.
 pub fn svg(axes: &Axes, curves: &[Curve]) -> Result<String, Failure> {
     let mut text = String::new();
@@ -43,8 +47,7 @@ fn draw(axes: &Axes, curves: &[Curve], text: &mut String) -> Result<(), Box<dyn 
         .build_cartesian_2d(0.0..1.0, 0.0..axes.top)?;
     chart.configure_mesh().max_light_lines(0).x_desc(axes.x).y_desc(axes.y).draw()?;
     for (i, curve) in curves.iter().enumerate() {
-        // What is exact is black.
-        let color = if i == 0 { BLACK.to_rgba() } else { Palette99::pick(i).to_rgba() };
+        let color = COLORS[i % COLORS.len()];
         chart
             .draw_series(LineSeries::new(curve.points.iter().copied(), color.stroke_width(2)))?
             .label(&curve.name)
