@@ -35,7 +35,7 @@ impl<'a> Frame<'a> {
     /// What does not fit the device, settings that are not accepted, and passes that the device refuses.
     pub async fn new(gpu: &'a Gpu, world: &World) -> Result<Self, RenderError> {
         let techniques = chosen(&world.scene)?;
-        let resident = Resident::new(gpu, world).await?;
+        let mut resident = Resident::new(gpu, world).await?;
         let film = film_texture(gpu, resident.film, "film").await?;
         let mut graph = Graph::new(gpu);
         let (mut gbuffer, mut behind) = (None, None);
@@ -51,7 +51,7 @@ impl<'a> Frame<'a> {
             let Some(film) = film else { continue };
             let recording = Recording {
                 graph: &mut graph,
-                resident: &resident,
+                resident: &mut resident,
                 settings,
                 film,
                 world,
@@ -67,7 +67,7 @@ impl<'a> Frame<'a> {
     pub(crate) async fn record(
         gpu: &'a Gpu,
         world: &World,
-        resident: Resident,
+        mut resident: Resident,
         settings: &Settings,
         record: impl for<'r> FnOnce(Recording<'r, 'a>) -> Recorded<'r>,
     ) -> Result<Self, RenderError> {
@@ -75,7 +75,7 @@ impl<'a> Frame<'a> {
         let mut graph = Graph::new(gpu);
         let recording = Recording {
             graph: &mut graph,
-            resident: &resident,
+            resident: &mut resident,
             settings,
             film: &film,
             world,
@@ -99,6 +99,11 @@ impl<'a> Frame<'a> {
         let view = resident.view_of(&world.scene.camera);
         let exposure = world.scene.film.exposure;
         Ok(Self { resident, graph, film, gbuffer, view, profiler, exposure, frames: 0, display: None })
+    }
+
+    #[cfg(test)]
+    pub(crate) fn resident(&self) -> &Resident {
+        &self.resident
     }
 
     /// Radiance (rgb) and opacity (a) as last rendered, `Rgba32Float`, linear Rec. 709.

@@ -1,6 +1,7 @@
 //! `cargo xtask bench`: what takes minutes, and writes the tables in docs/.
 
 mod accuracy;
+mod fourier_opacity;
 mod memory;
 mod mitsuba;
 mod volumes;
@@ -13,6 +14,7 @@ use crate::process;
 #[derive(clap::Subcommand)]
 pub enum Command {
     Accuracy(accuracy::Arguments),
+    FourierOpacity(fourier_opacity::Arguments),
     Mitsuba(mitsuba::Arguments),
     Memory(memory::Arguments),
     Volumes(volumes::Arguments),
@@ -23,6 +25,7 @@ impl Command {
     pub fn run(&self) -> Result<()> {
         match self {
             Command::Accuracy(arguments) => arguments.run(),
+            Command::FourierOpacity(arguments) => arguments.run(),
             Command::Mitsuba(arguments) => arguments.run(),
             Command::Memory(arguments) => arguments.run(),
             Command::Volumes(arguments) => arguments.run(),

@@ -57,3 +57,17 @@ fn a_folder_that_may_not_be_written() {
     }
     mode(0o755);
 }
+
+/// A paper's page has its plots in it and its numbers beside it: those of ringing are published.
+#[test]
+fn a_paper_is_reproduced() {
+    let place = Place::new();
+    let said = place.tyndall("reproduce fourier-opacity --out page").exits(0).out;
+    assert!(said.contains("index.html"), "{said}");
+    let html = std::fs::read_to_string(place.path("page/index.html")).unwrap();
+    assert!(html.matches("<svg").count() >= 3 && html.contains("<table>"));
+    let json: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(place.path("page/results.json")).unwrap()).unwrap();
+    let ringing = json["results"]["figure_8"][0]["greatest T, α = 0.9"].as_f64().unwrap();
+    assert!((ringing - 1.24).abs() < 0.005, "{ringing}");
+}

@@ -4,7 +4,7 @@ use std::process::Stdio;
 
 use crate::{Place, Run};
 
-const COMMANDS: [&str; 7] = ["demo", "render", "reference", "compare", "probe", "info", "schema"];
+const COMMANDS: [&str; 8] = ["demo", "render", "reference", "compare", "probe", "reproduce", "info", "schema"];
 
 #[test]
 fn help_shows_examples() {

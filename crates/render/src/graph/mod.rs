@@ -180,7 +180,7 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
         self
     }
 
-    /// The world: of what `resident/volume.wesl`, `surface.wesl` and `sky.wesl` bind and are specialised for, as much as the shader uses.
+    /// The world: of what `resident/volume.wesl`, `surface.wesl`, `transmittance.wesl` and `sky.wesl` bind and are specialised for, as much as the shader uses.
     pub fn world(mut self, resident: &Resident) -> Self {
         if let Some(source) = resident.expressions.as_ref().and_then(|text| text.splice(&self.shader.source)) {
             self.shader.source = source.into();
@@ -204,12 +204,12 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             ("SHADED", f64::from(traits.shaded)),
             ("SURFACES", f64::from(traits.surfaces)),
         ];
-        for (name, value) in constants {
+        for (name, value) in constants.into_iter().chain(resident.transmittance.constants()) {
             if reflection.overrides.iter().any(|used| used == name) {
                 self = self.constant(name, value);
             }
         }
-        let resources: [(_, Resource); 12] = [
+        let resources: [(_, Resource); 14] = [
             ("volumes", (&resident.volumes).into()),
             ("extras", (&resident.extras).into()),
             ("bricks", (&resident.bricks).into()),
@@ -222,6 +222,8 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             ("triangles", (&resident.surfaces.triangles).into()),
             ("materials", (&resident.surfaces.materials).into()),
             ("texels", (&resident.surfaces.texels).into()),
+            ("transmittance_maps", (&resident.transmittance.maps).into()),
+            ("transmittances", (&resident.transmittance.texels).into()),
         ];
         for (name, resource) in resources {
             if reflection.bindings.iter().any(|used| used.name == name) {

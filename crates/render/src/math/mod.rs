@@ -5,3 +5,4 @@ pub mod octahedral;
 pub mod phase;
 pub mod ray;
 pub mod slab;
+pub mod transmittance;

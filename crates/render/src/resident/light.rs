@@ -67,7 +67,7 @@ impl Light {
     }
 }
 
-/// The lights that stand somewhere or come from one direction, and the sum of the constant environments.
+/// The lights that come from one direction, then those that stand somewhere, and the sum of the constant environments.
 pub(super) fn encode(lights: &BTreeMap<String, description::Light>) -> (Vec<Light>, Vec3) {
     let mut encoded = Vec::new();
     let mut environment = Vec3::ZERO;
@@ -101,5 +101,6 @@ pub(super) fn encode(lights: &BTreeMap<String, description::Light>) -> (Vec<Ligh
             description::Light::Environment { .. } => {}
         }
     }
+    encoded.sort_by_key(|light| light.local);
     (encoded, environment)
 }

@@ -9,6 +9,7 @@ mod sky;
 pub mod surfaces;
 mod tables;
 mod traits;
+pub mod transmittance;
 mod view;
 mod volume;
 mod walk;
@@ -20,6 +21,7 @@ use tyndall_scene::{EnvironmentMap, World};
 
 pub use light::{Light, Lights};
 pub use surfaces::Surfaces;
+pub use transmittance::Transmittance;
 pub use view::View;
 pub use volume::{MAX_VOLUMES, Volume};
 pub(crate) use walk::Stride;
@@ -60,7 +62,9 @@ pub struct Resident {
     pub bounds: Option<[glam::Vec3; 2]>,
     /// The surfaces.
     pub surfaces: Surfaces,
-    /// Lights but the environment, for techniques to extend and upload.
+    /// Maps of the transmittance from the first lights, where a technique makes them.
+    pub transmittance: Transmittance,
+    /// Lights but the environment, the directional ones first, for techniques to extend and upload.
     pub lights: Vec<Light>,
     /// Radiance of the constant environment [W·sr⁻¹·m⁻²].
     pub environment: glam::Vec3,
@@ -114,6 +118,7 @@ impl Resident {
                 ..Default::default()
             }),
             traits: Traits::of(&world.volumes),
+            transmittance: Transmittance::none(gpu).await?,
             bounds: bounds(&surfaces, world),
             surfaces,
             lights,

@@ -1,3 +1,5 @@
+use super::traits::Traits;
+
 /// How a ray is walked (`walk.wesl`).
 #[derive(Clone, Copy, Debug, encase::ShaderType)]
 pub(crate) struct Stride {
@@ -13,4 +15,11 @@ pub(crate) struct Stride {
     pub skip: u32,
     /// 1 where light varies along the ray.
     pub lit: u32,
+}
+
+impl Stride {
+    /// The shortest length that counts among these volumes [m].
+    pub fn least(traits: &Traits) -> f32 {
+        1e-3 * traits.voxel
+    }
 }

@@ -6,6 +6,7 @@ pub mod march;
 pub mod project;
 pub mod slicing;
 pub mod splatting;
+pub mod transmittance;
 
 use std::pin::Pin;
 
@@ -104,7 +105,7 @@ pub struct Technique {
     pub role: Role,
     /// Its parameters; scene files, `--set`, `tyndall info` and documentation are driven by them.
     pub parameters: &'static [Parameter],
-    /// Records the passes that fill the film, `Rgba32Float`: of surfaces, their radiance (rgb) and their distance along the camera
+    /// Records the passes that do it. They fill the film, `Rgba32Float`, but for those of shadows: of surfaces, their radiance (rgb) and their distance along the camera
     /// ray [m] (a), 1e30 where there are none; of media, the picture's radiance (rgb) and opacity (a).
     pub record: for<'r> fn(Recording<'r, '_>) -> Recorded<'r>,
 }
@@ -113,8 +114,8 @@ pub struct Technique {
 pub struct Recording<'r, 'a> {
     /// The list of passes.
     pub graph: &'r mut Graph<'a>,
-    /// The world on the device.
-    pub resident: &'r Resident,
+    /// The world on the device. A technique that makes what others read puts it there.
+    pub resident: &'r mut Resident,
     /// The parameters' values.
     pub settings: &'r Settings,
     /// The texture to fill.

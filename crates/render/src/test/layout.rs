@@ -69,6 +69,8 @@ fn shared_structs_have_one_layout() {
         rust_layout::<techniques::project::Project, _>(),
         shader_layout("techniques/project/project", "Project")
     );
+    let deposit = "techniques/transmittance/single";
+    assert_eq!(rust_layout::<techniques::transmittance::Deposit, _>(), shader_layout(deposit, "Deposit"));
     let cells = "techniques/cells/cells";
     assert_eq!(rust_layout::<techniques::cells::Cells, _>(), shader_layout(cells, "Cells"));
     assert_eq!(rust_layout::<techniques::cells::Tetrahedron, _>(), shader_layout(cells, "Tetrahedron"));

@@ -48,6 +48,15 @@ pub const SPLATTED_PLUME: f64 = 0.05;
 pub const SPLATTED_FIRE: f64 = 0.2;
 /// Projections at the default step of half a voxel against a 50th: a peak may lie between two samples.
 pub const PROJECTION: f64 = 0.02;
+/// A basis of transmittance in double precision where it is exact: sums of some ten terms.
+pub const TWIN: f64 = 1e-12;
+/// A homogeneous segment against 20,000 primitives in it: second order in their distance but at edges, where a primitive lies
+/// on one side or the other: 3 · 0.48/20,000 times a basis function, at most √65 and 8.
+pub const MANY_PRIMITIVES: f64 = 6e-4;
+/// Layers told apart by as few moments as suffice, nearly without bias: rounding of 1e-16, amplified by how near they lie.
+pub const MOMENTS: f64 = 1e-4;
+/// As [`MOMENTS`], with the bias for 32-bit floats, of 8 moments 5e-5: amplified likewise.
+pub const BIASED_MOMENTS: f64 = 0.05;
 /// As [`PROBE`], for maps of 30 to 300 texels a side that change by 1 from texel to texel: a texture coordinate's rounding, times
 /// 300; and `pow` as in [`PROBE_AGX`].
 pub const PROBE_MAP: f64 = 4e-4;
@@ -58,6 +67,9 @@ pub const PROBE_PACKED: f64 = 6.6e-5;
 pub const DISTANCE: f64 = 3e-5;
 /// Motion of surfaces [pixel]: projections in single precision, over a film of some hundred pixels.
 pub const MOTION: f64 = 1e-3;
+/// As [`PROBE`], for series: each addition of angles and each step of a recurrence adds roundings, some 20 of them; and WGSL allows
+/// `sin` an error of 2⁻¹¹, of which drivers stay far below.
+pub const PROBE_SERIES: f64 = 1e-4;
 /// The share of light that comes past surfaces, from a pixel's radiance: facets of 5.6 degrees have a ball's normals but for
 /// 0.1 %, at a cosine of 0.03 some 4 %.
 pub const SHADOW: f64 = 0.05;
@@ -79,3 +91,17 @@ pub const SURFACE_ORDER: f64 = 2e-3;
 pub const SURFACE_HALF: f64 = 0.02;
 /// As [`DIRECT_SKY`], of lights that have a size, on rough metal, too.
 pub const DIRECT_SIZE: f64 = 0.08;
+/// A constant extinction looked up: ranges of depths end where steps do, and numbers are sums in single precision.
+pub const MAPPED: f64 = 2e-4;
+/// A ball with a soft edge, of an optical depth of 8, with 15 coefficients of Fourier's series and 96 texels a side.
+pub const MAPPED_BALL: f64 = 0.02;
+/// As [`MAPPED_BALL`], of a lamp within it: the extinction begins at the lamp, with a step that rings.
+pub const MAPPED_WITHIN: f64 = 0.03;
+/// The plume with maps of 7 coefficients of Fourier's series against the inner march, whose own error is 0.8 %.
+pub const MAPPED_PLUME_7: f64 = 0.035;
+/// As [`MAPPED_PLUME_7`], with 15, or with 11 cosines: what the issue asks for.
+pub const MAPPED_PLUME: f64 = 0.02;
+/// Light that a shadow takes, filtered and not: transmittances of 0.95, of which 1 − τ is wrong by τ²/2.
+pub const FILTERED_SHADOW: f64 = 0.03;
+/// A floor under a homogeneous cube: the edge of its shadow is a texel wide.
+pub const MAPPED_FLOOR: f64 = 0.03;

@@ -1,5 +1,6 @@
 //! Runs of `tyndall`, measured, and the pictures that they leave.
 
+use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
@@ -19,6 +20,8 @@ pub struct Tyndall(pub PathBuf);
 pub struct Run {
     pub picture: PathBuf,
     pub adapter: String,
+    /// Time on the device by pass [s].
+    pub passes: BTreeMap<String, f64>,
     /// Time on the device, of all passes [s].
     pub pass: f64,
     /// From the start of the process to its end [s].
@@ -55,10 +58,17 @@ impl Tyndall {
             bail!("{} failed ({status}):\n{}", process::shown(&command), said.trim_end());
         }
         let lines = |word: &'static str| printed.lines().filter_map(move |line| line.strip_prefix(word)).map(str::trim);
-        let milliseconds = lines("pass").filter_map(|line| line.split_whitespace().next()?.parse::<f64>().ok());
-        let pass = milliseconds.sum::<f64>() * 1e-3;
+        let mut passes = BTreeMap::new();
+        for line in lines("pass") {
+            let mut words = line.split_whitespace();
+            let milliseconds = words.next().and_then(|word| word.parse::<f64>().ok());
+            if let (Some(milliseconds), Some(name)) = (milliseconds, words.last()) {
+                passes.insert(name.to_owned(), milliseconds * 1e-3);
+            }
+        }
+        let pass = passes.values().sum();
         let adapter = lines("adapter").next().unwrap_or_default().to_owned();
-        Ok(Run { picture: picture.into(), adapter, pass, wall, cpu, peak })
+        Ok(Run { picture: picture.into(), adapter, passes, pass, wall, cpu, peak })
     }
 
     /// Traces a scene, or continues its picture.

@@ -3,9 +3,9 @@
 mod cost;
 mod fetch;
 mod mapping;
-mod measure;
+pub(super) mod measure;
 mod optimisations;
-mod plot;
+pub(super) mod plot;
 mod scattering;
 mod tracing;
 
@@ -108,7 +108,7 @@ impl Arguments {
 }
 
 /// The middle value of some; of an even number the higher of two. NaN of none.
-fn median(values: impl IntoIterator<Item = f64>) -> f64 {
+pub(super) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
     let mut values: Vec<_> = values.into_iter().collect();
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)

@@ -13,9 +13,9 @@
 #[cfg(test)]
 mod test;
 
-use tyndall_scene::World;
-use tyndall_scene::parameter::{Kind, Parameter};
+use tyndall_scene::parameter::{Kind, Parameter, Settings};
 use tyndall_scene::surface::Bsdf;
+use tyndall_scene::{FieldError, World};
 
 use super::{AREA_POINTS, ENVIRONMENT_DIRECTIONS, Recording, Role, Technique};
 use crate::graph::{Shader, shader};
@@ -67,13 +67,14 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
         cascades: settings.number("cascades") as u32,
         radius: settings.number("shadow_radius"),
     };
+    same_directions(resident, settings)?;
     let mut lights = resident.lights.clone();
-    lights.extend(emitters::lights(&world.surfaces, settings.number("area_points") as u32));
     lights.extend(environment::lights(resident, settings.number("environment_directions") as u32));
+    lights.extend(emitters::lights(&world.surfaces, settings.number("area_points") as u32));
     let casts = Shadows::plan(gpu, resident, &mut lights, &options)?;
     let stride = Stride {
         step: settings.number("light_step"),
-        least: 1e-3 * resident.traits.voxel,
+        least: Stride::least(&resident.traits),
         offset: 0.5,
         tolerance: 0.0,
         skip: 1,
@@ -99,6 +100,7 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
     graph
         .compute("direct", &DIRECT)
         .constant("ROUNDS", rounds > 1)
+        .constant("MARCHED", count > resident.transmittance.mapped)
         .world(resident)
         .shadows(&shadows)
         .read("view", &resident.view)
@@ -111,6 +113,20 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
         .write("film", film)
         .over_film(rounds)
         .await
+}
+
+/// Refuses other directions of the environment than those that have maps of transmittance.
+fn same_directions(resident: &Resident, settings: &Settings) -> Result<(), RenderError> {
+    let (found, mapped) = (settings.number("environment_directions") as u32, resident.transmittance.directions);
+    if mapped == 0 || found == mapped {
+        return Ok(());
+    }
+    Err(FieldError {
+        path: "techniques.direct.environment_directions".into(),
+        found: format!("{found} directions, beside maps of transmittance for {mapped}"),
+        accepted: format!("{mapped}, as many as techniques.march has"),
+    }
+    .into())
 }
 
 /// Says what stays black.

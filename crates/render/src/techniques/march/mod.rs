@@ -174,15 +174,14 @@ pub(crate) async fn record_up_to(
     let traits = &resident.traits;
     let mut lights = resident.lights.clone();
     // Those that shade surfaces come first.
-    lights.sort_by_key(|light| light.local);
     let suns = lights.iter().filter(|light| light.local == 0).count() as u32;
-    lights.extend(emitters::lights(&world.surfaces, settings.number("area_points") as u32));
     lights.extend(environment::lights(resident, settings.number("environment_directions") as u32));
+    lights.extend(emitters::lights(&world.surfaces, settings.number("area_points") as u32));
     let options = Options::of_media(settings);
     let casts = if scattering { Shadows::plan(gpu, resident, &mut lights, &options)? } else { Vec::new() };
     let stride = Stride {
         step: settings.number("step"),
-        least: 1e-3 * traits.voxel,
+        least: Stride::least(traits),
         offset: 0.5,
         tolerance: settings.number("tolerance"),
         skip: u32::from(settings.choice("empty_space_skipping") == "on"),
@@ -195,6 +194,8 @@ pub(crate) async fn record_up_to(
         octaves: settings.number("octaves") as u32,
         octave: Vec3::from(octaves),
     };
+    // Lights without a map need an inner march.
+    let marched = scattered.lights > resident.transmittance.mapped;
     let rays = settings.number("samples") as u32;
     let (rounds, samples_per_round) = rounds(gpu, resident, &stride, &scattered, rays)?;
     let scale = match settings.choice("resolution") {
@@ -242,7 +243,10 @@ pub(crate) async fn record_up_to(
         .constant("PREINTEGRATED", settings.choice("preintegration") == "on")
         .constant("BACK_TO_FRONT", settings.choice("order") == "back_to_front")
         .constant("SUNS", suns > 0)
-        .constant("BUSY", scattering || traits.shaded || traits.surfaces)
+        .constant("MARCHED", marched)
+        .constant("LIGHTS", scattered.lights)
+        .constant("OCTAVES", scattered.octaves)
+        .constant("BUSY", marched || traits.shaded || traits.surfaces)
         .constant("ROUNDS", rounds > 1)
         .constant("MEAN", mean)
         .constant("JITTER", jitter)
@@ -318,6 +322,7 @@ fn rounds(
     let per_light = light_steps
         .saturating_add(bricks(scattering.stride.step))
         .saturating_mul(per_step)
+        .saturating_add(resident.transmittance.iterations())
         .saturating_add(octaves * (volumes + 1) + volumes + shadows::ITERATIONS);
     // Gradients and the search for surfaces have loops of their own.
     let details = if resident.traits.shaded || resident.traits.surfaces { (64 + 64 * looks) * volumes } else { 0 };

@@ -1,0 +1,40 @@
+//! A paper's figures and tables, made anew: pictures, plots and numbers on a page.
+
+mod curves;
+mod fourier_opacity;
+mod page;
+
+use std::path::PathBuf;
+
+use crate::failure::Failure;
+use crate::say;
+use page::Page;
+
+/// Make a paper's figures and tables anew, as pictures, plots and numbers on an HTML page with JSON beside it
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  tyndall reproduce fourier-opacity --out fourier")]
+pub struct Arguments {
+    /// Which paper
+    paper: Paper,
+    /// The folder for index.html and results.json; it is made if it is not there
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+/// The papers whose experiments are known.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Paper {
+    /// Jansen and Bavoil, Fourier Opacity Mapping, 2010
+    FourierOpacity,
+}
+
+impl Arguments {
+    /// Runs the experiments and writes the page.
+    pub fn run(&self) -> Result<(), Failure> {
+        let page: Page = match self.paper {
+            Paper::FourierOpacity => fourier_opacity::page()?,
+        };
+        let index = page.write(&self.out)?;
+        say::result(&format!("page     {}\n", index.display()))
+    }
+}

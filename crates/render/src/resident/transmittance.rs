@@ -1,0 +1,91 @@
+//! Maps of the transmittance from lights (`transmittance.wesl`): where they are, and how they are to be read.
+
+use crate::{Gpu, RenderError};
+
+/// Maps of the transmittance from the first lights.
+#[derive(Clone, Debug)]
+pub struct Transmittance {
+    /// `Rgba32Float`, four texels a light: where its rays run and have depths.
+    pub maps: wgpu::Texture,
+    /// `Rgba16Float` or `Rgba32Float`: numbers of the basis, a tile for each light, of it for each channel, and of that for each
+    /// set of four.
+    pub texels: wgpu::Texture,
+    /// How many lights have maps; 0: there are none.
+    pub mapped: u32,
+    /// For how many directions of the environment, after the other lights; 0: it has no maps.
+    pub directions: u32,
+    /// Whether all that have maps are directional.
+    pub parallel: bool,
+    /// Texels a side of a tile.
+    pub resolution: u32,
+    /// Whether each texel has a range of depths of its own, in a set before the others.
+    pub ranges: bool,
+    /// Tiles in a row.
+    pub columns: u32,
+    /// Which basis, as `math/transmittance/basis.wesl` numbers them.
+    pub basis: u32,
+    /// Numbers that it has.
+    pub count: u32,
+    /// Sets of four.
+    pub sets: u32,
+    /// What is mixed into moments.
+    pub bias: f32,
+}
+
+impl Transmittance {
+    /// No maps.
+    ///
+    /// # Errors
+    /// A lack of memory.
+    pub async fn none(gpu: &Gpu) -> Result<Self, RenderError> {
+        let zero = bytemuck::cast_slice(&[0f32; 4]);
+        let maps = gpu.table("no maps", [1, 1], wgpu::TextureFormat::Rgba32Float, zero).await?;
+        // Of half floats: every device interpolates them.
+        let texels = gpu.table("no transmittance", [1, 1], wgpu::TextureFormat::Rgba16Float, &zero[..8]).await?;
+        Ok(Self {
+            maps,
+            texels,
+            mapped: 0,
+            parallel: true,
+            directions: 0,
+            resolution: 1,
+            ranges: false,
+            columns: 1,
+            basis: 0,
+            count: 1,
+            sets: 1,
+            bias: 0.0,
+        })
+    }
+
+    /// What shaders that read the maps are specialised for.
+    pub fn constants(&self) -> [(&'static str, f64); 9] {
+        [
+            ("MAPPED", self.mapped.into()),
+            ("PARALLEL_MAPS", self.parallel.into()),
+            ("RESOLUTION", self.resolution.into()),
+            ("RANGES", self.ranges.into()),
+            ("COLUMNS", self.columns.into()),
+            ("BASIS", self.basis.into()),
+            ("COUNT", self.count.into()),
+            ("SETS", self.sets.into()),
+            ("BIAS", self.bias.into()),
+        ]
+    }
+
+    /// Loop iterations that a look into a light's map takes at most.
+    pub fn iterations(&self) -> u64 {
+        match (self.mapped, self.bias) {
+            (0, _) => 0,
+            (_, 0.0) => 3 * u64::from(self.sets),
+            // Four roots, 48 steps and five powers each, and what goes before and after.
+            _ => 3 * 1300,
+        }
+    }
+
+    /// Bytes of the numbers of all maps.
+    pub fn bytes(&self) -> u64 {
+        let texel = self.texels.format().block_copy_size(None).unwrap_or(16);
+        u64::from(self.texels.width()) * u64::from(self.texels.height()) * u64::from(texel)
+    }
+}

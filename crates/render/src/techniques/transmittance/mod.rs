@@ -1,0 +1,302 @@
+//! Maps of the transmittance from lights: what of a light arrives at a position is looked up, not marched to [Jansen10].
+//!
+//! From every light, and from as many directions of the environment as `march` has, rays go through the texels of a square: parallel ones around what is seen of media, those of a
+//! spot light by the stereographic projection of its cone, those of a point light by the octahedron. On each, depths from 0 to 1 are as
+//! tight around the media as their bricks. The ray is marched once, with `light_step`, and of each segment the integral is
+//! deposited in the numbers of a basis (`math/transmittance`): no sample of it is lost, whatever lies between two slices.
+//! Interpolating numbers between texels, or filtering them, filters the extinction itself.
+//!
+//! τ(d) = Σ_k A_k G_k(d), T = e^{−max(τ, 0)}. Every receiver reads them by `resident/transmittance.wesl`; of the techniques, `march`
+//! does.
+//!
+//! Passes, once a frame: `transmittance.bounds`, a workgroup a light; `transmittance.deposit`, an invocation a texel;
+//! `transmittance.filter`, twice, where the maps are filtered.
+
+#[cfg(test)]
+mod test;
+
+use tyndall_scene::parameter::{Kind, Parameter, Settings};
+use tyndall_scene::{FieldError, World};
+
+use super::{Recording, Role, Technique, chosen, without_meshes};
+use crate::graph::{Graph, Shader, shader};
+use crate::resident::{Lights, Resident, Stride, Transmittance, environment};
+use crate::{Gpu, RenderError};
+
+/// The declaration of maps of transmittance.
+pub const TECHNIQUE: Technique = Technique {
+    name: "transmittance",
+    summary: "Maps of the transmittance from lights: media look up what arrives, instead of an inner march",
+    role: Role::Shadows,
+    parameters: &[
+        Parameter {
+            name: "basis",
+            help: "What a light ray's extinction is kept in",
+            unit: "",
+            kind: Kind::Choice(&BASES),
+        },
+        Parameter {
+            name: "coefficients",
+            help: "Numbers a texel and channel (of moments 5, 7 or 9: the power moments 0 to 4, 6 or 8)",
+            unit: "",
+            kind: Kind::Count { min: 1, max: MOST_COEFFICIENTS, default: 7 },
+        },
+        Parameter {
+            name: "resolution",
+            help: "Texels along a side of a light's map",
+            unit: "texels",
+            kind: Kind::Count { min: 8, max: 4096, default: 256 },
+        },
+        Parameter {
+            name: "precision",
+            help: "Bits of a number: 32 where the device interpolates them, or 16",
+            unit: "",
+            kind: Kind::Choice(&["single", "half"]),
+        },
+        Parameter {
+            name: "window",
+            help: "Factors of harmonics (fourier, cosine) against ringing, for blur",
+            unit: "",
+            kind: Kind::Choice(&["off", "fejer", "lanczos"]),
+        },
+        Parameter {
+            name: "depths",
+            help: "Where depths run: from where each texel's ray meets media to `deepest`, or around all that the light sees",
+            unit: "",
+            kind: Kind::Choice(&["texel", "light"]),
+        },
+        Parameter {
+            name: "prefilter",
+            help: "How far the extinction is averaged across light rays, for soft shadows (0: not; needs `depths` of the light)",
+            unit: "texels",
+            kind: Kind::Count { min: 0, max: 64, default: 0 },
+        },
+        Parameter {
+            name: "prefilter_kind",
+            help: "How: all alike, or by Gauss' function, of which `prefilter` is two standard deviations",
+            unit: "",
+            kind: Kind::Choice(&["box", "gaussian"]),
+        },
+        Parameter {
+            name: "light_step",
+            help: "Longest step along light rays",
+            unit: "voxels",
+            kind: Kind::Number { min: 0.01, max: 64.0, default: 1.0 },
+        },
+        Parameter {
+            name: "deepest",
+            help: "Optical depth at which a light ray ends: what lies behind counts as if nothing were there",
+            unit: "",
+            kind: Kind::Number { min: 0.5, max: 1e6, default: 6.0 },
+        },
+    ],
+    record: |recording| Box::pin(record(recording)),
+};
+
+/// The bases, as `math/transmittance/basis.wesl` numbers them.
+const BASES: [&str; 6] = ["fourier", "slices", "haar", "cosine", "legendre", "moments"];
+
+/// Room for eight sets of four.
+const MOST_COEFFICIENTS: u32 = 31;
+
+static BOUNDS: Shader = shader!("techniques/transmittance/bounds");
+static HALF: Shader = shader!("techniques/transmittance/half");
+static SINGLE: Shader = shader!("techniques/transmittance/single");
+static FILTER_HALF: Shader = shader!("techniques/transmittance/filter_half");
+static FILTER_SINGLE: Shader = shader!("techniques/transmittance/filter_single");
+
+/// The buffer `deposit`.
+#[derive(Clone, Copy, Debug, encase::ShaderType)]
+pub(crate) struct Deposit {
+    stride: Stride,
+    deepest: f32,
+}
+
+async fn record(Recording { graph, resident, settings, world, .. }: Recording<'_, '_>) -> Result<(), RenderError> {
+    without_meshes(world, TECHNIQUE.name)?;
+    let gpu = graph.gpu();
+    let asked = directions(world)?;
+    let directions = environment::lights(resident, asked);
+    let lights = [resident.lights.as_slice(), &directions].concat();
+    let mapped = lights.len() as u32;
+    if mapped == 0 {
+        return Ok(());
+    }
+    let light_step = settings.number("light_step");
+    within_iterations(gpu, resident, light_step)?;
+    let mut made = textures(gpu, resident, settings, mapped).await?;
+    made.directions = if directions.is_empty() { 0 } else { asked };
+    let lights = gpu.buffer("lights", &Lights { lights });
+    let least = Stride::least(&resident.traits);
+    let stride = Stride { step: light_step, least, offset: 0.5, tolerance: 0.0, skip: 1, lit: 0 };
+    let deposit = gpu.buffer("deposit", &Deposit { stride, deepest: settings.number("deepest") });
+    graph
+        .compute("transmittance.bounds", &BOUNDS)
+        .world(resident)
+        .read("lights", &lights)
+        .write("written", &made.maps)
+        .dispatch([mapped, 1, 1], 1)
+        .await?;
+    resident.transmittance = made.clone();
+    let window = ["off", "fejer", "lanczos"].iter().position(|&name| name == settings.choice("window"));
+    let shader = if made.texels.format() == wgpu::TextureFormat::Rgba16Float { &HALF } else { &SINGLE };
+    let groups = made.resolution.div_ceil(8);
+    graph
+        .compute("transmittance.deposit", shader)
+        .constant("WINDOW", window.unwrap_or(0) as u32)
+        .world(resident)
+        .read("deposit", &deposit)
+        .write("written", &made.texels)
+        .dispatch([groups, groups, mapped], 1)
+        .await?;
+    prefilter(graph, resident, settings).await
+}
+
+/// Records the passes that filter the maps, along x into a texture of their own, along y back.
+async fn prefilter(graph: &mut Graph<'_>, resident: &Resident, settings: &Settings) -> Result<(), RenderError> {
+    let radius = settings.number("prefilter") as u32;
+    if radius == 0 {
+        return Ok(());
+    }
+    if resident.transmittance.ranges || BASES[resident.transmittance.basis as usize] == "moments" {
+        return Err(FieldError {
+            path: "techniques.transmittance.prefilter".into(),
+            found: "a filter of what is not linear: ranges of depths for each texel, or moments".into(),
+            accepted: "depths = \"light\" and another basis, or prefilter = 0".into(),
+        }
+        .into());
+    }
+    let texels = &resident.transmittance.texels;
+    let size = [texels.width(), texels.height()];
+    let between = texture(graph.gpu(), "filtered along x", size, texels.format()).await?;
+    let shader = if texels.format() == wgpu::TextureFormat::Rgba16Float { &FILTER_HALF } else { &FILTER_SINGLE };
+    for (axis, (from, to)) in [(texels, &between), (&between, texels)].into_iter().enumerate() {
+        graph
+            .compute("transmittance.filter", shader)
+            .constant("AXIS", axis as u32)
+            .constant("RADIUS", radius)
+            .constant("GAUSSIAN", settings.choice("prefilter_kind") == "gaussian")
+            .constant("RESOLUTION", resident.transmittance.resolution)
+            .read("unfiltered", from)
+            .write("written", to)
+            .dispatch([size[0].div_ceil(8), size[1].div_ceil(8), 1], 1)
+            .await?;
+    }
+    Ok(())
+}
+
+/// From how many directions the scene's technique of media scatters the environment.
+fn directions(world: &World) -> Result<u32, RenderError> {
+    let name = "environment_directions";
+    let techniques = chosen(&world.scene)?;
+    let media = techniques.iter().find(|(technique, _)| technique.role == Role::Media);
+    let declared = media.filter(|(technique, _)| technique.parameters.iter().any(|parameter| parameter.name == name));
+    Ok(declared.map_or(0, |(_, settings)| settings.number(name) as u32))
+}
+
+/// The textures of the maps, empty, and how they are to be read.
+async fn textures(
+    gpu: &Gpu,
+    resident: &Resident,
+    settings: &Settings,
+    mapped: u32,
+) -> Result<Transmittance, RenderError> {
+    let basis = BASES.iter().position(|&name| name == settings.choice("basis")).unwrap_or(0) as u32;
+    let given = settings.number("coefficients") as u32;
+    let (count, bias) = numbers(basis, given);
+    let sets = (count + u32::from(basis == 0)).div_ceil(4);
+    let ranges = settings.choice("depths") == "texel";
+    let channels = if resident.traits.grey { 1 } else { 3 };
+    let resolution = settings.number("resolution") as u32;
+    let limit = gpu.device.limits().max_texture_dimension_2d;
+    let tiles = mapped * channels * (sets + u32::from(ranges));
+    let columns = (limit / resolution).min(tiles);
+    let rows = tiles.div_ceil(columns.max(1));
+    if columns == 0 || rows * resolution > limit {
+        let fitting = (1..=resolution).rev().find(|side| (limit / side).pow(2) >= tiles).unwrap_or(0);
+        return Err(RenderError::Limit {
+            what: "techniques.transmittance.resolution".into(),
+            found: format!("{tiles} tiles of {resolution} texels a side"),
+            limit: format!("{fitting} texels a side"),
+            advice: "Use a lower resolution or fewer coefficients.".into(),
+        });
+    }
+    let filterable = gpu.device.features().contains(wgpu::Features::FLOAT32_FILTERABLE);
+    let single = settings.choice("precision") == "single" && filterable;
+    if settings.choice("precision") == "single" && !filterable {
+        tracing::debug!("this device does not interpolate 32-bit floats: transmittance has 16 bits");
+    }
+    if BASES[basis as usize] == "moments" && !single {
+        return Err(FieldError {
+            path: "techniques.transmittance.basis".into(),
+            found: "moments in 16-bit numbers, which round them away".into(),
+            accepted: "another basis, or precision = \"single\" on a device that interpolates 32-bit floats".into(),
+        }
+        .into());
+    }
+    let format = if single { wgpu::TextureFormat::Rgba32Float } else { wgpu::TextureFormat::Rgba16Float };
+    Ok(Transmittance {
+        maps: texture(gpu, "transmittance maps", [4, mapped], wgpu::TextureFormat::Rgba32Float).await?,
+        texels: texture(gpu, "transmittance", [columns * resolution, rows * resolution], format).await?,
+        mapped,
+        parallel: resident.lights.iter().all(|light| light.local == 0),
+        directions: 0,
+        resolution,
+        ranges,
+        columns,
+        basis,
+        count,
+        sets,
+        bias,
+    })
+}
+
+/// A texture that passes write and read.
+async fn texture(
+    gpu: &Gpu,
+    label: &str,
+    [width, height]: [u32; 2],
+    format: wgpu::TextureFormat,
+) -> Result<wgpu::Texture, RenderError> {
+    gpu.texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    })
+    .await
+}
+
+/// How many numbers a basis has for so many asked for, and the bias of moments.
+fn numbers(basis: u32, given: u32) -> (u32, f32) {
+    match BASES[basis as usize] {
+        // A constant and pairs.
+        "fourier" => (2 * (given / 2) + 1, 0.0),
+        // Twice as many moments as layers, and the zeroth. The bias is for 32-bit floats [Munstermann18].
+        "moments" if given >= 9 => (9, 5e-5),
+        "moments" if given >= 7 => (7, 5e-6),
+        "moments" => (5, 5e-7),
+        _ => (given, 0.0),
+    }
+}
+
+/// Refuses light rays that take more loop iterations than the device stands.
+fn within_iterations(gpu: &Gpu, resident: &Resident, light_step: f32) -> Result<(), RenderError> {
+    let traits = &resident.traits;
+    let steps: f32 = traits.diagonals.iter().map(|voxels| (voxels / light_step).ceil() + 2.0).sum();
+    let per_step = 2 + 3 * traits.count + traits.loops + 8;
+    let most = gpu.iterations() / per_step;
+    if steps <= most as f32 {
+        return Ok(());
+    }
+    Err(RenderError::Limit {
+        what: "techniques.transmittance.light_step".into(),
+        found: format!("{steps} steps along a light ray"),
+        limit: format!("{most} steps"),
+        advice: "Use a longer light_step.".into(),
+    })
+}

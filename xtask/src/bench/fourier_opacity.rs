@@ -1,0 +1,146 @@
+//! `cargo xtask bench fourier-opacity`: what maps of transmittance cost and gain.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+
+use super::volumes::measure::{Run, Tyndall, read_exr, relative_rmse};
+use super::volumes::median;
+use super::volumes::plot::{Line, draw, slope};
+use super::{publish, table};
+use crate::driver::{self, Consent};
+use crate::process;
+
+/// Speed of maps of transmittance: against slices, against the inner march, and by texels; writes docs/fourier-opacity.md
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Turns whose medians are taken
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=99))]
+    rounds: u32,
+    #[command(flatten)]
+    consent: Consent,
+}
+
+const SCENE: &str = "scenes/plume.toml";
+const DEPOSIT: &str = "transmittance.deposit";
+const SIDES: [u32; 4] = [128, 256, 512, 1024];
+
+struct Bench {
+    tyndall: Tyndall,
+    folder: PathBuf,
+    rounds: u32,
+}
+
+impl Bench {
+    /// Runs of the plume with each of these settings, which take turns.
+    fn runs(&self, settings: &[Vec<String>]) -> Result<Vec<Vec<Run>>> {
+        let mut runs = vec![Vec::new(); settings.len()];
+        for _ in 0..self.rounds {
+            for (number, (settings, runs)) in settings.iter().zip(&mut runs).enumerate() {
+                let picture = self.folder.join(format!("{number}.exr"));
+                runs.push(self.tyndall.render(&process::root().join(SCENE), settings, &picture)?);
+            }
+        }
+        Ok(runs)
+    }
+}
+
+/// Settings of the technique, on a film of 320 x 240.
+fn maps(settings: &str) -> Vec<String> {
+    let film = "film.size=[320,240]".to_owned();
+    let own = settings.split(' ').map(|setting| format!("techniques.transmittance.{setting}"));
+    std::iter::once(film).chain(own).collect()
+}
+
+fn pass(runs: &[Run], name: &str) -> f64 {
+    median(runs.iter().map(|run| run.passes.get(name).copied().unwrap_or(f64::NAN)))
+}
+
+impl Arguments {
+    /// Measures, and writes the page.
+    pub fn run(&self) -> Result<()> {
+        let tyndall = process::build_tyndall()?;
+        driver::ensure(&tyndall, self.consent)?;
+        let folder = process::scratch("fourier-opacity")?;
+        let bench = Bench { tyndall: Tyndall(tyndall), folder, rounds: self.rounds };
+        let (against, adapter) = slices(&bench)?;
+        let text = format!(
+            "# Maps of transmittance: speed\n\nWritten by `cargo xtask bench fourier-opacity`, on {adapter}: the plume at 320 x 240, medians \
+             of {} turns.\n\n{against}\n{}\n{}",
+            self.rounds,
+            inner_march(&bench)?,
+            texels(&bench)?
+        );
+        publish("fourier-opacity.md", &text)
+    }
+}
+
+/// Fourier's coefficients against as many slices, on maps of 512 x 512 texels.
+fn slices(bench: &Bench) -> Result<(String, String)> {
+    let with = |basis: &str| maps(&format!("basis={basis} coefficients=7 resolution=512 depths=light"));
+    let runs = bench.runs(&[with("fourier"), with("slices")])?;
+    let mut rows = vec![["pass", "Fourier", "slices", "ratio"].map(String::from).to_vec()];
+    for name in [DEPOSIT, "march"] {
+        let [fourier, slices] = [0, 1].map(|i| pass(&runs[i], name));
+        rows.push(vec![
+            name.into(),
+            format!("{:.0} ms", fourier * 1e3),
+            format!("{:.0} ms", slices * 1e3),
+            format!("{:.2}", fourier / slices),
+        ]);
+    }
+    let adapter = runs[0].first().context("no turn")?.adapter.clone();
+    Ok((format!("## Against slices\n\nSeven numbers each, 512 x 512 texels.\n\n{}", table(&rows)), adapter))
+}
+
+/// The picture with maps against the inner march, each against a march at fine steps.
+fn inner_march(bench: &Bench) -> Result<String> {
+    let film = "film.size=[320,240]".to_owned();
+    let march = |step: &str| vec![film.clone(), format!("techniques.march.light_step={step}")];
+    let names = [
+        "inner march, 2 voxels",
+        "inner march, 1 voxel",
+        "7 of Fourier's, 128",
+        "8 cosines, 128",
+        "15 of Fourier's, 256",
+    ];
+    let settings = [
+        march("2"),
+        march("1"),
+        maps("coefficients=7 resolution=128"),
+        maps("basis=cosine coefficients=8 resolution=128"),
+        maps("coefficients=15 resolution=256"),
+        march("0.25"),
+    ];
+    let runs = bench.runs(&settings)?;
+    let last = |i: usize| read_exr(&bench.folder.join(format!("{i}.exr")));
+    let truth = last(names.len())?;
+    let all = |runs: &[Run]| median(runs.iter().map(|run| run.pass));
+    let mut rows = vec![["light", "all passes", "gain over 2 voxels", "relative RMSE"].map(String::from).to_vec()];
+    for (i, name) in names.iter().enumerate() {
+        rows.push(vec![
+            (*name).into(),
+            format!("{:.0} ms", all(&runs[i]) * 1e3),
+            format!("{:.1}", all(&runs[0]) / all(&runs[i])),
+            format!("{:.2} %", relative_rmse(&last(i)?, &truth) * 100.0),
+        ]);
+    }
+    Ok(format!(
+        "## Against the inner march\n\nErrors are against light rays marched in steps of a quarter of a voxel.\n\n{}",
+        table(&rows)
+    ))
+}
+
+/// The deposit by texels.
+fn texels(bench: &Bench) -> Result<String> {
+    let settings = SIDES.map(|side| maps(&format!("resolution={side}")));
+    let runs = bench.runs(&settings)?;
+    let points: Vec<_> =
+        SIDES.iter().zip(&runs).map(|(&side, runs)| (f64::from(side).powi(2), pass(runs, DEPOSIT) * 1e3)).collect();
+    let exponent = slope(&points);
+    let line = Line { name: "deposit".into(), points };
+    draw("fourier-texels.svg", "texels", "deposit [ms]", &[line])?;
+    Ok(format!(
+        "## By texels\n\nThe deposit takes time as the {exponent:.2}th power of the texels.\n\n![texels](pictures/fourier-texels.svg)\n"
+    ))
+}
