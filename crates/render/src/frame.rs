@@ -8,7 +8,7 @@ use tyndall_scene::parameter::Settings;
 use crate::display::Display;
 use crate::graph::{Graph, Tile};
 use crate::resident::{Resident, View};
-use crate::techniques::{Recorded, Recording, chosen};
+use crate::techniques::{Recorded, Recording, Role, Technique, chosen};
 use crate::{Gpu, RenderError};
 
 /// A frame of one world: passes recorded once, rendered as often as one likes. Rendering allocates nothing.
@@ -30,7 +30,10 @@ impl<'a> Frame<'a> {
     /// What does not fit the device, settings that are not accepted, and passes that the device refuses.
     pub async fn new(gpu: &'a Gpu, world: &World) -> Result<Self, RenderError> {
         let techniques = chosen(&world.scene)?;
-        let (technique, settings) = techniques.last().expect("media always have a technique");
+        // Where there are no media, surfaces fill the film.
+        let surfaces = |(technique, _): &&(&Technique, _)| technique.role == Role::Surfaces && world.volumes.is_empty();
+        let (technique, settings) =
+            techniques.iter().find(surfaces).or(techniques.last()).expect("media always have a technique");
         let resident = Resident::new(gpu, world).await?;
         Self::record(gpu, world, resident, settings, technique.record).await
     }

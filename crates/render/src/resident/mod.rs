@@ -2,6 +2,7 @@
 
 mod atlas;
 mod bricks;
+pub mod bvh;
 pub mod expression;
 mod light;
 mod sky;

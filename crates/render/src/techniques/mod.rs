@@ -1,6 +1,7 @@
 //! Techniques: a folder each, and a line here. The build lists the folders.
 
 pub mod cells;
+pub mod instant_radiosity;
 pub mod march;
 pub mod project;
 pub mod slicing;
