@@ -40,8 +40,8 @@ pub(crate) struct Scatterer {
 
 /// How a flight ends.
 pub(crate) enum End {
-    /// Beyond all media.
-    Escaped,
+    /// Beyond all media, or at its limit.
+    Passed,
     /// Absorbed, or given up.
     Lost,
     /// Scattered after this distance [m]. The weight has been divided by density and probability of the event but not
@@ -85,13 +85,21 @@ impl Flight {
 }
 
 impl Media {
-    /// Follows a path from `origin` to its next scattering, collecting emission on the way: spectral tracking, history
+    /// Follows a path from `origin` to its next scattering within `limit` [m], collecting emission on the way: spectral tracking, history
     /// aware [Kutz17]. At a tentative collision the weights of the channels decide between scattering and a null
     /// collision; absorption is left to the weights.
     /// With `scattering` false, scattered light counts as lost.
-    pub fn fly(&self, origin: DVec3, direction: DVec3, scattering: bool, flight: &mut Flight, rng: &mut Random) -> End {
+    pub fn fly(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        limit: f64,
+        scattering: bool,
+        flight: &mut Flight,
+        rng: &mut Random,
+    ) -> End {
         let mut march = std::mem::take(&mut flight.march);
-        march.start(&self.media, origin, direction, f64::INFINITY);
+        march.start(&self.media, origin, direction, limit);
         let end = self.collide(&mut march, scattering, flight, rng);
         flight.march = march;
         end
@@ -133,7 +141,7 @@ impl Media {
             }
             march.advance(&self.media);
         }
-        End::Escaped
+        End::Passed
     }
 
     /// Upper bound of the extinction of all media on the present piece, of any channel [m⁻¹].
@@ -187,6 +195,9 @@ impl Media {
         march: &mut March,
         rng: &mut Random,
     ) -> DVec3 {
+        if self.media.is_empty() {
+            return DVec3::ONE;
+        }
         march.start(&self.media, origin, direction, distance);
         let mut certain = DVec3::ZERO;
         let mut ratio = DVec3::ONE;

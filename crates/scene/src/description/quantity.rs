@@ -139,6 +139,11 @@ whole!(
     Seed, "a whole number from 0 to 4294967295", 0u32, u32::MAX
 );
 
+whole!(
+    /// The place of a vertex in a list.
+    VertexIndex, "a whole number from 0 to 4294967295", 0u32, u32::MAX
+);
+
 /// A number written as integer or float.
 struct Number(&'static str);
 

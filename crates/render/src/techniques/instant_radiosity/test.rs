@@ -89,5 +89,5 @@ fn look() {
     let start = std::time::Instant::now();
     let image = picture(&gpu, &world);
     println!("{:?}", start.elapsed());
-    std::fs::write("/tmp/rad_look.png", image.png(0.0).unwrap()).unwrap();
+    image.write(std::path::Path::new("/tmp/rad_look.png"), 0.0).unwrap();
 }
