@@ -23,7 +23,7 @@ pub fn radical_inverse(base: u32, mut i: u32) -> f64 {
 pub enum Kind {
     /// Halton's points, each moved at random within 1/n, n being how many points use the dimension.
     Jittered,
-    /// Halton's points.
+    /// Halton's points, all moved by 1/2n: the first of them would be a corner.
     Halton,
     /// (i/n, Φ₂(i), Φ₃(i), …), each moved at random within 1/n: of use where all points go the same number of dimensions.
     JitteredHammersley,
@@ -58,7 +58,7 @@ impl Sequence {
         let x = match self.kind {
             Kind::Random => return random,
             Kind::Rooks => return (f64::from(self.permuted(i, dimension)) + random) / f64::from(self.count),
-            Kind::Halton => halton(dimension).map(|x| x + shift),
+            Kind::Halton => halton(dimension).map(|x| x + shift + 0.5 / f64::from(users.max(1))),
             Kind::Jittered => halton(dimension).map(|x| x + shift + jitter),
             Kind::JitteredHammersley if dimension == 0 => Some(f64::from(i) / f64::from(self.count) + shift + jitter),
             Kind::JitteredHammersley => halton(dimension - 1).map(|x| x + shift + jitter),
