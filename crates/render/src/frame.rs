@@ -146,7 +146,8 @@ fn collect(queries: &[wgpu_profiler::GpuTimerQueryResult], times: &mut Vec<(Stri
     }
 }
 
-async fn film_texture(gpu: &Gpu, [width, height]: [u32; 2]) -> Result<wgpu::Texture, RenderError> {
+/// A texture to render a film of this size into.
+pub(crate) async fn film_texture(gpu: &Gpu, [width, height]: [u32; 2]) -> Result<wgpu::Texture, RenderError> {
     gpu.texture(&wgpu::TextureDescriptor {
         label: Some("film"),
         size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },

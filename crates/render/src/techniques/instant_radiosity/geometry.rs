@@ -32,6 +32,19 @@ pub struct Point {
     pub surface: u32,
 }
 
+/// A plane of a mirror.
+#[derive(Clone, Copy, Debug)]
+pub struct Mirror {
+    /// Its unit normal.
+    pub normal: DVec3,
+    /// Its distance from the origin along the normal [m].
+    pub distance: f64,
+    /// The mirror's surface.
+    pub surface: u32,
+    /// The share of light that it reflects.
+    pub reflectance: DVec3,
+}
+
 /// A triangle that emits.
 #[derive(Clone, Copy, Debug)]
 pub struct Emitter {
@@ -172,9 +185,8 @@ impl Geometry {
         if total > 0.0 { (sum / total).clamp(0.0, 0.99) } else { 0.0 }
     }
 
-    /// The planes of planar mirrors: unit normal and distance from the origin [m], with the mirror's surface and reflectance. A
-    /// mirror of more than `most` planes has none.
-    pub fn mirrors(&self, most: usize) -> Vec<(DVec3, f64, u32, DVec3)> {
+    /// The planes of planar mirrors. A mirror of more than `most` planes has none.
+    pub fn mirrors(&self, most: usize) -> Vec<Mirror> {
         let mut found = Vec::new();
         let tolerance = 1e-5 * self.sphere().1;
         for (number, surface) in self.surfaces.iter().enumerate() {
@@ -193,7 +205,8 @@ impl Geometry {
                 tracing::warn!("surfaces.{}: light that it reflects onto others is left out, as it is not flat", surface.name);
                 continue;
             }
-            found.extend(planes.into_iter().map(|(n, d)| (n, d, number as u32, reflectance.as_dvec3())));
+            let (surface, reflectance) = (number as u32, reflectance.as_dvec3());
+            found.extend(planes.into_iter().map(|(normal, distance)| Mirror { normal, distance, surface, reflectance }));
         }
         found
     }

@@ -23,15 +23,19 @@ pub(crate) mod vpl;
 pub mod walk;
 #[cfg(test)]
 mod test;
+mod walkthrough;
+
+pub use walkthrough::Walkthrough;
 
 use glam::Vec2;
 use tyndall_scene::World;
 use tyndall_scene::parameter::{Kind, Parameter, Settings};
 
 use super::{Recording, Role, Technique};
-use crate::graph::{Shader, shader};
+use crate::graph::{Graph, Shader, shader};
+use crate::resident::Resident;
 use crate::{Gpu, RenderError};
-use geometry::Geometry;
+use geometry::{Geometry, Mirror};
 use sequence::{Sequence, radical_inverse};
 use sources::Sources;
 use vpl::{Vpl, Vpls};
@@ -58,7 +62,7 @@ pub const TECHNIQUE: Technique = Technique {
             name: "samples",
             help: "Camera rays per pixel, among which the paths are shared out",
             unit: "",
-            kind: Kind::Count { min: 1, max: 1024, default: 16 },
+            kind: Kind::Count { min: 1, max: 1024, default: 64 },
         },
         Parameter {
             name: "sequence",
@@ -98,7 +102,7 @@ const COMPENSATIONS: u32 = 4;
 const MOST_PLANES: usize = 8;
 
 /// What a camera ray gathers in one round.
-#[derive(Clone, Copy, Debug, PartialEq, encase::ShaderType)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, encase::ShaderType)]
 pub(crate) struct Batch {
     offset: Vec2,
     begin: u32,
@@ -118,57 +122,101 @@ pub(crate) struct Gather {
     batches: Vec<Batch>,
 }
 
-/// The virtual lights of a world by a technique's settings, in the order of their paths.
-///
-/// # Errors
-/// Settings that do not go together.
-pub(crate) fn lights(world: &World, geometry: &Geometry, settings: &Settings) -> Result<Vec<Vpl>, RenderError> {
-    let kind = match settings.choice("sequence") {
-        "halton" => sequence::Kind::Halton,
-        "hammersley" => sequence::Kind::JitteredHammersley,
-        "rooks" => sequence::Kind::Rooks,
-        "random" => sequence::Kind::Random,
-        _ => sequence::Kind::Jittered,
-    };
-    let [paths, bounces, seed] = ["paths", "bounces", "seed"].map(|name| settings.number(name) as u32);
-    if kind == sequence::Kind::JitteredHammersley && bounces > 0 {
-        return Err(tyndall_scene::FieldError {
-            path: "techniques.instant_radiosity.sequence".into(),
-            found: format!("\"hammersley\", with {bounces} bounces"),
-            accepted: "\"hammersley\" with bounces = 0: the first of its points are not evenly spread".into(),
+/// A walk by a technique's settings.
+pub(crate) struct Walk {
+    pub geometry: Geometry,
+    pub sources: Sources,
+    pub sequence: Sequence,
+    /// How many particles are left after each reflection.
+    pub counts: Vec<u32>,
+    pub mirrors: Vec<Mirror>,
+}
+
+impl Walk {
+    /// The walk of a world.
+    ///
+    /// # Errors
+    /// Settings that do not go together.
+    pub fn new(world: &World, settings: &Settings) -> Result<Self, RenderError> {
+        let kind = match settings.choice("sequence") {
+            "halton" => sequence::Kind::Halton,
+            "hammersley" => sequence::Kind::JitteredHammersley,
+            "rooks" => sequence::Kind::Rooks,
+            "random" => sequence::Kind::Random,
+            _ => sequence::Kind::Jittered,
+        };
+        let [paths, bounces, seed] = ["paths", "bounces", "seed"].map(|name| settings.number(name) as u32);
+        if kind == sequence::Kind::JitteredHammersley && bounces > 0 {
+            return Err(tyndall_scene::FieldError {
+                path: "techniques.instant_radiosity.sequence".into(),
+                found: format!("\"hammersley\", with {bounces} bounces"),
+                accepted: "\"hammersley\" with bounces = 0: the first of its points are not evenly spread".into(),
+            }
+            .into());
         }
-        .into());
+        let geometry = Geometry::new(&world.surfaces);
+        let sources = Sources::new(world, &geometry);
+        if sources.dark() {
+            tracing::warn!("lights: there are none, and no surface emits: the picture is black");
+        }
+        Ok(Self {
+            counts: walk::survivors(paths, geometry.mean_reflectivity(), bounces),
+            sequence: Sequence::new(kind, paths, seed),
+            mirrors: geometry.mirrors(MOST_PLANES),
+            geometry,
+            sources,
+        })
     }
-    let sources = Sources::new(world, geometry);
-    if sources.dark() {
-        tracing::warn!("lights: there are none, and no surface emits: the picture is black");
+
+    /// The virtual lights of all paths.
+    pub fn lights(&self) -> Vec<Vpl> {
+        walk::walk(&self.geometry, &self.sources, &self.sequence, &self.counts)
     }
-    let counts = walk::survivors(paths, geometry.mean_reflectivity(), bounces);
-    Ok(walk::walk(geometry, &sources, &Sequence::new(kind, paths, seed), &counts))
+
+    /// What the shader is told: the batches are to be filled in.
+    fn gather(&self, settings: &Settings) -> Gather {
+        let radius = self.geometry.sphere().1 as f32;
+        let shortest = settings.number("clamp") * 2.0 * radius;
+        let compensation = settings.choice("compensation") == "on" && shortest > 0.0;
+        Gather {
+            bound: if shortest > 0.0 { 1.0 / (shortest * shortest) } else { f32::MAX },
+            compensation: if compensation { COMPENSATIONS } else { 0 },
+            epsilon: 2e-5 * radius,
+            seed: settings.number("seed") as u32,
+            rounds: 0,
+            batches: Vec::new(),
+        }
+    }
 }
 
 async fn record(Recording { graph, resident, settings, film, world }: Recording<'_, '_>) -> Result<(), RenderError> {
     let gpu = graph.gpu();
-    let geometry = Geometry::new(&world.surfaces);
-    let vpls = lights(world, &geometry, settings)?;
-    let mirrors = geometry.mirrors(MOST_PLANES);
-    let groups = (settings.number("samples") as u32).min(settings.number("paths") as u32);
-    let (vpls, groups) = grouped(vpls, groups, &mirrors);
-    let compensation = if settings.choice("compensation") == "on" { COMPENSATIONS } else { 0 };
-    let radius = geometry.sphere().1 as f32;
-    let shortest = settings.number("clamp") * 2.0 * radius;
-    let clamped = shortest > 0.0;
-    let at_once = per_round(gpu, &geometry, &vpls, if clamped { compensation } else { 0 }, !mirrors.is_empty());
-    let batches = batches(&groups, at_once);
-    tracing::info!(vpls = vpls.len(), rounds = batches.len(), "instant radiosity");
-    let gather = Gather {
-        bound: if clamped { 1.0 / (shortest * shortest) } else { f32::MAX },
-        compensation: if clamped { compensation } else { 0 },
-        epsilon: 2e-5 * radius,
-        seed: settings.number("seed") as u32,
-        rounds: batches.len() as u32,
-        batches,
-    };
+    let walk = Walk::new(world, settings)?;
+    let paths = settings.number("paths") as u32;
+    let groups = walk::groups(paths, (settings.number("samples") as u32).min(paths));
+    let (vpls, ranges) = grouped(walk.lights(), &groups, &walk.mirrors);
+    check_size(gpu, vpls.len())?;
+    let mut gather = walk.gather(settings);
+    gather.batches = batches(&ranges, per_round(gpu, &walk, &vpls, gather.compensation));
+    gather.rounds = gather.batches.len() as u32;
+    tracing::info!(vpls = vpls.len(), rounds = gather.rounds, "instant radiosity");
+    let textures = walk.geometry.bvh.textures(gpu).await?;
+    let list = if vpls.is_empty() { vec![Vpl::BLACK] } else { vpls };
+    let buffers = [gpu.buffer("gather", &gather), gpu.buffer("vpls", &Vpls { list })];
+    gather_pass(graph, resident, &walk.geometry, &textures, &buffers, gather.rounds, film).await
+}
+
+/// Records the pass that gathers, from the buffers `gather` and `vpls`, in so many rounds.
+async fn gather_pass(
+    graph: &mut Graph<'_>,
+    resident: &Resident,
+    geometry: &Geometry,
+    [nodes, corners]: &[wgpu::Texture; 2],
+    [gather, vpls]: &[wgpu::Buffer; 2],
+    rounds: u32,
+    film: &wgpu::Texture,
+) -> Result<(), RenderError> {
+    let (gpu, tile) = (graph.gpu(), graph.tile());
     let side = u64::from(gpu.tile_side());
     let sums = gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("sums"),
@@ -176,22 +224,17 @@ async fn record(Recording { graph, resident, settings, film, world }: Recording<
         usage: wgpu::BufferUsages::STORAGE,
         mapped_at_creation: false,
     });
-    check_size(gpu, vpls.len())?;
-    let [nodes, corners] = geometry.bvh.textures(gpu).await?;
-    let list = if vpls.is_empty() { vec![Vpl::BLACK] } else { vpls };
-    let vpls = gpu.buffer("vpls", &Vpls { list });
-    let (rounds, parameters, tile) = (gather.rounds, gpu.buffer("gather", &gather), graph.tile());
     graph
         .compute("gather", &GATHER)
         .constant("NODES", geometry.bvh.nodes())
-        .constant("VISITS", most_visits(gpu, &geometry))
+        .constant("VISITS", most_visits(gpu, geometry))
         .world(resident)
         .read("view", &resident.view)
         .read("tile", &tile)
-        .read("gather", &parameters)
-        .read("vpls", &vpls)
-        .read("nodes", &nodes)
-        .read("corners", &corners)
+        .read("gather", gather)
+        .read("vpls", vpls)
+        .read("nodes", nodes)
+        .read("corners", corners)
         .write("sums", &sums)
         .write("film", film)
         .over_film(rounds)
@@ -200,14 +243,15 @@ async fn record(Recording { graph, resident, settings, film, world }: Recording<
 
 /// Virtual lights in the groups that camera rays gather, with their images in mirrors; and where each group begins and ends.
 /// Lamps, of which there is one each, are shared by all groups.
-fn grouped(vpls: Vec<Vpl>, groups: u32, mirrors: &[(glam::DVec3, f64, u32, glam::DVec3)]) -> (Vec<Vpl>, Vec<[u32; 2]>) {
-    let mut list: Vec<Vec<Vpl>> = vec![Vec::new(); groups as usize];
+fn grouped(vpls: Vec<Vpl>, groups: &[u32], mirrors: &[Mirror]) -> (Vec<Vpl>, Vec<[u32; 2]>) {
+    let count = groups.iter().max().map_or(1, |last| last + 1);
+    let mut list: Vec<Vec<Vpl>> = vec![Vec::new(); count as usize];
     for vpl in vpls {
         if vpl.is_lamp() {
-            let share = Vpl { power: vpl.power / groups as f32, ..vpl };
+            let share = Vpl { power: vpl.power / count as f32, ..vpl };
             list.iter_mut().for_each(|group| group.push(share));
         } else {
-            list[walk::group(vpl.path, groups) as usize].push(vpl);
+            list[groups[vpl.path as usize] as usize].push(vpl);
         }
     }
     let (mut all, mut ranges) = (Vec::new(), Vec::new());
@@ -221,15 +265,19 @@ fn grouped(vpls: Vec<Vpl>, groups: u32, mirrors: &[(glam::DVec3, f64, u32, glam:
     (all, ranges)
 }
 
+/// The place in the pixel where the camera ray of a group goes through: Hammersley's points, one alone in the middle.
+fn pixel_offset(group: u32, count: u32) -> Vec2 {
+    let middle = 0.5 / f64::from(count);
+    let y = (radical_inverse(2, group) + middle).fract();
+    Vec2::new((f64::from(group) / f64::from(count) + middle) as f32, y as f32)
+}
+
 /// The rounds of all groups, of so many virtual lights each.
 fn batches(groups: &[[u32; 2]], at_once: u32) -> Vec<Batch> {
     let count = groups.len() as u32;
     let mut batches = Vec::new();
     for (number, &[begin, end]) in (0..).zip(groups) {
-        // Hammersley's points, one alone in the middle.
-        let middle = 0.5 / f64::from(count);
-        let y = (radical_inverse(2, number) + middle).fract();
-        let offset = Vec2::new((f64::from(number) / f64::from(count) + middle) as f32, y as f32);
+        let offset = pixel_offset(number, count);
         let mut next = begin;
         loop {
             let stop = end.min(next + at_once);
@@ -251,14 +299,14 @@ fn most_visits(gpu: &Gpu, geometry: &Geometry) -> u32 {
 
 /// How many virtual lights an invocation gathers in a round, by the nodes and triangles that rays to them meet. A CPU driver's
 /// invocations go together: the loops of eight rays last as long as the longest.
-fn per_round(gpu: &Gpu, geometry: &Geometry, vpls: &[Vpl], compensation: u32, mirrors: bool) -> u32 {
+fn per_round(gpu: &Gpu, walk: &Walk, vpls: &[Vpl], compensation: u32) -> u32 {
     const TRIES: usize = 512;
     let ray = |i: usize| {
         let [from, to] = [&vpls[(i * 7919) % vpls.len()], &vpls[(i * 104_729 + 1) % vpls.len()]];
-        geometry.bvh.effort(from.position, to.position - from.position, 1.0)
+        walk.geometry.bvh.effort(from.position, to.position - from.position, 1.0)
     };
     let most = if vpls.is_empty() { 1 } else { (0..TRIES).map(ray).max().unwrap_or(1).max(1) };
-    let rays = (1 + compensation) * if mirrors { 2 } else { 1 };
+    let rays = (1 + compensation) * if walk.mirrors.is_empty() { 1 } else { 2 };
     (gpu.iterations() / 4 / (most * rays)).max(1)
 }
 

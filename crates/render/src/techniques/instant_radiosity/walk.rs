@@ -25,7 +25,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use tyndall_scene::surface::Bsdf;
 
-use super::geometry::{Geometry, Point};
+use super::geometry::{Geometry, Mirror, Point};
 use super::sequence::Sequence;
 use super::sources::{Sources, around, towards};
 use super::vpl::Vpl;
@@ -171,10 +171,10 @@ fn through(bsdf: &Bsdf, point: &Point, direction: DVec3, u: f64) -> DVec3 {
 }
 
 /// Virtual lights as planar mirrors show them, one for each light before each mirror.
-pub fn mirrored(vpls: &[Vpl], mirrors: &[(DVec3, f64, u32, DVec3)]) -> Vec<Vpl> {
+pub fn mirrored(vpls: &[Vpl], mirrors: &[Mirror]) -> Vec<Vpl> {
     let mut images = Vec::new();
     for vpl in vpls {
-        for &(normal, distance, surface, reflectance) in mirrors {
+        for &Mirror { normal, distance, surface, reflectance } in mirrors {
             images.push(Vpl {
                 mirror: surface,
                 power: vpl.power * reflectance.as_vec3(),
@@ -186,8 +186,14 @@ pub fn mirrored(vpls: &[Vpl], mirrors: &[(DVec3, f64, u32, DVec3)]) -> Vec<Vpl> 
     images
 }
 
-/// In which of `groups` a path's virtual lights are: each group has paths from all over the sequence.
-pub fn group(path: u32, groups: u32) -> u32 {
-    ((f64::from(path) * 0.618_033_988_749_895).fract() * f64::from(groups)) as u32
+/// In which of `groups`, of about the same size, each path's virtual lights are: each group has paths from all over the sequence.
+pub fn groups(paths: u32, groups: u32) -> Vec<u32> {
+    let golden = |path: &u32| (f64::from(*path) * 0.618_033_988_749_895).fract();
+    let mut order: Vec<u32> = (0..paths).collect();
+    order.sort_by(|a, b| golden(a).total_cmp(&golden(b)));
+    let mut groups_of = vec![0; paths as usize];
+    for (rank, path) in (0u64..).zip(order) {
+        groups_of[path as usize] = (rank * u64::from(groups) / u64::from(paths)) as u32;
+    }
+    groups_of
 }
-
