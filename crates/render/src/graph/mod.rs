@@ -22,6 +22,7 @@ use std::marker::PhantomData;
 use encase::ShaderSize;
 
 use crate::resident::Resident;
+use crate::shadows::Shadows;
 use crate::{Gpu, RenderError};
 
 /// A rectangle of the film, in pixels, and which of a pass's rounds over it, and of the frames since the picture last
@@ -61,7 +62,7 @@ enum Work {
     /// So many workgroups, once a frame.
     Dispatch(wgpu::ComputePipeline, [u32; 3]),
     /// Triangles, a batch of instances a round.
-    Draw(raster::Drawing),
+    Draw(Box<raster::Drawing>),
 }
 
 impl Work {
@@ -228,6 +229,11 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             }
         }
         self
+    }
+
+    /// Shadow maps, for `shadows/lookup.wesl`.
+    pub fn shadows(self, shadows: &Shadows) -> Self {
+        self.constant("SHADOWS", shadows.any).read("shadow_maps", &shadows.maps).read("shadow_atlas", &shadows.atlas)
     }
 
     /// Makes what the pass works with and its bind group, and appends it to the list.

@@ -56,7 +56,8 @@ impl Declaration<'_, '_, Raster> {
             let target = target.map(|target| target.texture.create_view(&Default::default()));
             let depth = depth.map(|texture| texture.create_view(&Default::default()));
             let regions = regions.map(<[_]>::to_vec);
-            (Work::Draw(Drawing { pipeline, target, depth, regions, vertices, instances, batch }), layout)
+            let drawing = Drawing { pipeline, target, depth, regions, vertices, instances, batch };
+            (Work::Draw(Box::new(drawing)), layout)
         };
         self.record(&reflection, rounds, make).await
     }

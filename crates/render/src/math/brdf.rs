@@ -22,7 +22,7 @@ impl Brdf {
     /// it, and for what reflects like a mirror.
     pub fn value(&self, normal: DVec3, light: DVec3, viewer: DVec3) -> DVec3 {
         let (n_l, n_v) = (normal.dot(light), normal.dot(viewer));
-        if n_l <= 0.0 || n_v <= 0.0 || self.kind > 1 {
+        if n_l <= 0.0 || self.kind > 1 {
             return DVec3::ZERO;
         }
         if self.kind == 0 {
@@ -34,7 +34,7 @@ impl Brdf {
         let d = squared / (PI * (normal.dot(h).powi(2) * (squared - 1.0) + 1.0).powi(2));
         // [Heitz14 (99)]
         let lambda = |n_x: f64| (squared + (1.0 - squared) * n_x * n_x).sqrt();
-        let v = 0.5 / (n_v * lambda(n_l) + n_l * lambda(n_v));
+        let v = if n_v > 0.0 { 0.5 / (n_v * lambda(n_l) + n_l * lambda(n_v)) } else { 0.0 };
         let grazing = (1.0 - viewer.dot(h)).max(0.0).powi(5);
         let metal = (self.base + (1.0 - self.base) * grazing) * d * v;
         let f = 0.04 + 0.96 * grazing;

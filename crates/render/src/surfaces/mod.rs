@@ -5,7 +5,7 @@
 //! medium. Depths are reversed, without a far plane.
 
 #[cfg(test)]
-mod test;
+pub mod test;
 
 use wgpu::TextureFormat::{Depth32Float, R32Uint, Rg32Float, Rgba32Float, Rgba32Uint};
 use wgpu::TextureUsages;
@@ -81,9 +81,9 @@ impl GBuffer {
             .read("tile", &tile)
             .read("previous", previous)
             .read("visibility", &visibility)
-            .write("place", &gbuffer.place)
-            .write("facing", &gbuffer.facing)
-            .write("motion", &gbuffer.motion)
+            .write("surface_place", &gbuffer.place)
+            .write("surface_facing", &gbuffer.facing)
+            .write("surface_motion", &gbuffer.motion)
             .over_film(1)
             .await?;
         Ok(gbuffer)

@@ -11,7 +11,8 @@ use crate::resident::surfaces::triangles;
 use crate::resident::{Resident, View};
 use crate::test::{gpu, tolerance, world};
 
-const SCENE: &str = "camera = { position = [1.1, 1.3, 3.1], target = [0, 0.3, 0], fov = 50 }\nfilm.size = [141, 97]\n\
+/// Floor, wall, box and ball.
+pub const SCENE: &str = "camera = { position = [1.1, 1.3, 3.1], target = [0, 0.3, 0], fov = 50 }\nfilm.size = [141, 97]\n\
     surfaces.floor.shape.quad = { corner = [-2, 0, 2], edges = [[4, 0, 0], [0, 0, -4]] }\n\
     surfaces.ball.shape.sphere = { center = [0.2, 0.5, 0], radius = 0.5 }\n\
     surfaces.wall.shape.quad = { corner = [-1.2, 0, 1], edges = [[0.01, 0, -2], [0, 1.4, 0.3]] }\n\
@@ -31,7 +32,7 @@ fn gbuffer(gpu: &crate::Gpu, world: &World, view: &View, previous: &View) -> GBu
 
 /// The nearest triangle that a ray meets: its number, the distance [m], and by how much the ray would have to move, in pixels,
 /// to meet another.
-fn cast(corners: &[[DVec3; 3]], origin: DVec3, direction: DVec3) -> Option<(usize, f64)> {
+pub fn cast(corners: &[[DVec3; 3]], origin: DVec3, direction: DVec3) -> Option<(usize, f64)> {
     let hits = corners.iter().enumerate().filter_map(|(i, [a, b, c])| {
         let (ab, ac) = (b - a, c - a);
         let p = direction.cross(ac);
@@ -43,12 +44,13 @@ fn cast(corners: &[[DVec3; 3]], origin: DVec3, direction: DVec3) -> Option<(usiz
     hits.min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-fn view_of(world: &World) -> View {
+/// A world's camera, without an environment.
+pub fn view_of(world: &World) -> View {
     View::new(&world.scene.camera, world.scene.film.size, Vec3::ZERO, 0.0)
 }
 
 /// The unit direction through a point of the film.
-fn through(view: &View, film: Vec2) -> DVec3 {
+pub fn through(view: &View, film: Vec2) -> DVec3 {
     let size = Vec2::new(view.width as f32, view.height as f32).as_dvec2();
     let at = 2.0 * film.as_dvec2() / size - 1.0;
     (view.forward.as_dvec3() + at.x * view.right.as_dvec3() - at.y * view.up.as_dvec3()).normalize()

@@ -1,5 +1,6 @@
 //! Surfaces on the device (`resident/surface.wesl`): all triangles in the world, their materials and maps.
 
+pub(crate) mod emitters;
 mod maps;
 #[cfg(test)]
 mod test;

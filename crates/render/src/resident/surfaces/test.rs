@@ -25,6 +25,7 @@ fn surfaces() -> Vec<Surface> {
         normals: vec![Vec3::Z; 3],
         texcoords: vec![Vec2::new(-0.3, 0.2), Vec2::new(1.7, 0.1), Vec2::new(0.1, 2.4)],
         tangents: vec![Vec4::new(1.0, 0.0, 0.0, 1.0); 3],
+        colors: Vec::new(),
         triangles: vec![[0, 1, 2]],
         ..TriangleMesh::default()
     });

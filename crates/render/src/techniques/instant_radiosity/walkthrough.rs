@@ -90,7 +90,7 @@ impl<'a> Walkthrough<'a> {
         let paths = walk.counts[0];
         let images = (0..paths).map(|_| buffer("image", 8 * width * height, wgpu::BufferUsages::empty())).collect();
         let [slot, sums] = [("slot", 8), ("sums", 16)].map(|(label, size)| buffer(label, size * width * height, storage));
-        let (film, image) = (film_texture(gpu, resident.film).await?, film_texture(gpu, resident.film).await?);
+        let (film, image) = (film_texture(gpu, resident.film, "film").await?, film_texture(gpu, resident.film, "image").await?);
         let hierarchy = walk.geometry.bvh.textures(gpu).await?;
         let parameters = gpu.buffer("gather", &gather);
         let vpls = gpu.buffer("vpls", &Vpls { list: vec![Vpl::BLACK; capacity] });

@@ -23,7 +23,7 @@ use glam::Mat3;
 use tyndall_scene::World;
 use tyndall_scene::parameter::{Kind, Parameter};
 
-use super::{LAYERED_MODEL, Recording, Role, Technique, plain, without_meshes};
+use super::{LAYERED_MODEL, Recording, Role, Technique, plain, without_meshes, without_surfaces};
 use crate::graph::{Draw, Shader, Target, shader};
 use crate::resident::MAX_VOLUMES;
 use crate::{Gpu, RenderError, layers};
@@ -87,8 +87,9 @@ struct Splats {
 }
 
 async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
-    let Recording { graph, world, resident, settings, film } = recording;
+    let Recording { graph, world, resident, settings, film, .. } = recording;
     without_meshes(world, TECHNIQUE.name)?;
+    without_surfaces(world, TECHNIQUE.name)?;
     plain(world, TECHNIQUE.name)?;
     layers::check(world)?;
     let gpu = graph.gpu();
