@@ -14,7 +14,7 @@ use crate::{progress, render, say};
 
 /// Path-trace a scene on the CPU: the ground truth, with its variance
 ///
-/// The picture is without bias: what is left is noise, and the EXR says how much (variance and number of samples a
+/// Surfaces and media are traced together. The picture is without bias: what is left is noise, and the EXR says how much (variance and number of samples a
 /// pixel). It stops at --samples, at --error, or at Ctrl-C, and is written then. Where the output is already there and is
 /// of the same scene and depth, it is continued; of another scene, it is refused.
 #[derive(clap::Args)]
@@ -22,7 +22,8 @@ use crate::{progress, render, say};
 Examples:
   tyndall reference scenes/plume.toml -o truth.exr --samples 256
   tyndall reference scenes/plume.toml -o truth.exr --error 0.005     (continues the same file)
-  tyndall reference scenes/plume.toml -o single.exr --depth 1 --error 0.01")]
+  tyndall reference scenes/plume.toml -o single.exr --depth 1 --error 0.01
+  tyndall reference scenes/cornell-mirror.toml -o mirror.exr --no-caustics")]
 pub struct Arguments {
     #[command(flatten)]
     input: Input,
@@ -35,9 +36,13 @@ pub struct Arguments {
     /// Stop at this relative standard error, such as 0.01
     #[arg(long, value_parser = error)]
     error: Option<f64>,
-    /// The most times that light is scattered: 0 emission and absorption only, 1 single scattering [default: any]
+    /// The most times that light is scattered, by surfaces and media alike: 0 emission and absorption only, 1 direct light and
+    /// single scattering [default: any]
     #[arg(long)]
     depth: Option<u32>,
+    /// Leave out light that mirrors and glass alone lead from where it is made to where it is scattered
+    #[arg(long)]
+    no_caustics: bool,
     /// Pictures of different seeds are independent
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -45,6 +50,9 @@ pub struct Arguments {
 
 /// The attribute that says how long the picture took in all its runs.
 const SECONDS: &str = "seconds rendering";
+
+/// The attribute of pictures without caustics.
+const CAUSTICS: &str = "caustics";
 
 /// How often the unfinished picture is written.
 const CHECKPOINT: Duration = Duration::from_secs(120);
@@ -57,7 +65,8 @@ impl Arguments {
         let world = self.input.load()?;
         let mut image = self.previous(&world)?;
         let samples = self.samples.or(if self.error.is_none() { Some(64) } else { None });
-        let options = Options { depth: self.depth, samples, error: self.error, seed: self.seed };
+        let options =
+            Options { depth: self.depth, caustics: !self.no_caustics, samples, error: self.error, seed: self.seed };
         let bar = progress::bar();
         let mut last = None;
         let seconds = |image: &Image| image.attributes.get(SECONDS).and_then(|text| text.parse().ok()).unwrap_or(0.0);
@@ -104,15 +113,19 @@ impl Arguments {
         let mut expected = Image::default();
         self.describe(world, &mut expected);
         let same = |name: &str| image.attributes.get(name) == expected.attributes.get(name);
-        match ["scene hash", "depth", "seed"].into_iter().find(|name| !same(name)) {
-            None => Ok(Some(image)),
-            Some(different) => Err(Failure::Input(anyhow!(
-                "output {}: found a picture of another {}; accepted: one of this scene, depth and seed to continue, or no \
-                 file of that name",
-                Path::display(&self.output),
-                different.trim_end_matches(" hash")
-            ))),
-        }
+        let different = match ["scene hash", "depth", "seed", CAUSTICS].into_iter().find(|name| !same(name)) {
+            None => return Ok(Some(image)),
+            Some(CAUSTICS) if self.no_caustics => "a picture with caustics",
+            Some(CAUSTICS) => "a picture without caustics",
+            Some("depth") => "a picture of another depth",
+            Some("seed") => "a picture of another seed",
+            Some(_) => "a picture of another scene",
+        };
+        Err(Failure::Input(anyhow!(
+            "output {}: found {different}; accepted: one of this scene, depth, caustics and seed to continue, or no file of that \
+             name",
+            Path::display(&self.output)
+        )))
     }
 
     fn describe(&self, world: &World, image: &mut Image) {
@@ -121,6 +134,9 @@ impl Arguments {
         image.attributes.insert("method".into(), "path tracing".into());
         image.attributes.insert("depth".into(), depth);
         image.attributes.insert("seed".into(), self.seed.to_string());
+        if self.no_caustics {
+            image.attributes.insert(CAUSTICS.into(), "left out".into());
+        }
     }
 }
 

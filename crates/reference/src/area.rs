@@ -1,7 +1,5 @@
 //! Surfaces that shine: a point on one of them, chosen by power.
 
-use glam::DVec3;
-
 use crate::Random;
 use crate::surface::Face;
 
@@ -13,17 +11,6 @@ pub(crate) struct AreaLights {
     sums: Vec<f64>,
     /// The density of [`AreaLights::sample`] on every face, 0 on those that do not emit [m⁻²].
     densities: Vec<f64>,
-}
-
-/// A point on a light.
-pub(crate) struct LightPoint {
-    pub face: usize,
-    /// What each corner counts.
-    pub weights: [f64; 3],
-    /// [m]
-    pub point: DVec3,
-    /// Unit normal of the front.
-    pub normal: DVec3,
 }
 
 impl AreaLights {
@@ -50,19 +37,13 @@ impl AreaLights {
         self.faces.is_empty()
     }
 
-    /// A random point, uniform on each face.
-    pub fn sample(&self, faces: impl Fn(usize) -> Face, rng: &mut Random) -> Option<LightPoint> {
+    /// A random face and what its corners count at a point that is uniform on it.
+    pub fn sample(&self, rng: &mut Random) -> Option<(usize, [f64; 3])> {
         let chosen = rng.uniform() * self.sums.last()?;
         // Rounding may give the total itself.
         let place = self.sums.partition_point(|&sum| sum <= chosen).min(self.sums.len() - 1);
-        let index = self.faces[place];
-        let triangle = faces(index).triangle;
         let (root, v) = (rng.uniform().sqrt(), rng.uniform());
-        let weights = [1.0 - root, root * (1.0 - v), root * v];
-        let [a, b, c] = triangle.0;
-        let point = a * weights[0] + b * weights[1] + c * weights[2];
-        let normal = triangle.area_vector().normalize();
-        Some(LightPoint { face: index, weights, point, normal })
+        Some((self.faces[place], [1.0 - root, root * (1.0 - v), root * v]))
     }
 
     /// The density of [`AreaLights::sample`] on a face, as that of directions from a point that sees it at a distance [m]

@@ -15,10 +15,7 @@ impl Tracer {
         if vertex.is_specular() {
             return DVec3::ZERO;
         }
-        let point = match vertex {
-            Vertex::Media { point, .. } => *point,
-            Vertex::Surface(spot) => spot.point,
-        };
+        let point = vertex.point();
         let mut light = DVec3::ZERO;
         for (lamp, ball) in self.lights.lamps.iter().zip(&self.balls) {
             let Some(mut arrival) = lamp.arrival(point) else { continue };
@@ -27,7 +24,7 @@ impl Tracer {
             }
             light += self.scattered(&arrival, vertex, march, rng);
         }
-        let sought = [self.from_sky(vertex, rng), self.from_surfaces(vertex, point, rng)];
+        let sought = [self.from_sky(vertex, rng), self.from_surfaces(vertex, rng)];
         for arrival in sought.into_iter().flatten() {
             light += self.scattered(&arrival, vertex, march, rng);
         }
@@ -43,20 +40,10 @@ impl Tracer {
     }
 
     /// The light of a point sought on surfaces that shine, over the sum of both densities [Veach95].
-    fn from_surfaces(&self, vertex: &Vertex, point: DVec3, rng: &mut Random) -> Option<Arrival> {
-        let lights = &self.surfaces.lights;
-        let light = lights.sample(|face| *self.surfaces.face(face), rng)?;
-        let offset = light.point - point;
-        let distance = offset.length();
-        let towards = offset.try_normalize()?;
-        let cosine = -light.normal.dot(towards);
-        let emission = self.surfaces.emission(light.face, light.weights, cosine > 0.0);
-        if emission == DVec3::ZERO || cosine == 0.0 {
-            return None;
-        }
-        let density = lights.chance(light.face, distance, cosine.abs());
-        let irradiance = emission / (density + self.chance(vertex, towards));
-        Some(Arrival { travel: -towards, distance, irradiance })
+    fn from_surfaces(&self, vertex: &Vertex, rng: &mut Random) -> Option<Arrival> {
+        let light = self.surfaces.sample_light(vertex.point(), rng)?;
+        let irradiance = light.emission / (light.density + self.chance(vertex, light.towards));
+        Some(Arrival { travel: -light.towards, distance: light.distance, irradiance })
     }
 
     /// Light on its way to a vertex that is scattered to the path, as far as it arrives.
@@ -66,7 +53,15 @@ impl Tracer {
         if light == DVec3::ZERO {
             return DVec3::ZERO;
         }
-        light * self.share(vertex.start(towards), towards, arrival.distance, march, rng)
+        let start = vertex.start(towards);
+        let (mut towards, mut distance) = (towards, arrival.distance);
+        if distance.is_finite() {
+            // From beside the surface to the same end.
+            let offset = vertex.point() + towards * distance - start;
+            distance = offset.length();
+            towards = offset / distance;
+        }
+        light * self.share(start, towards, distance, march, rng)
     }
 
     /// What a flight from `origin` scatters of lamps' light while near them and within `limit` [m]: the share that collisions

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DMat3, DMat4, DVec3, Vec2, Vec3};
+use glam::{DMat3, DMat4, DVec3, Vec2, Vec3, Vec4};
 use tyndall_scene::World;
 use tyndall_scene::surface::{self, Map, Material, Surface, TriangleMesh};
 
@@ -61,6 +61,18 @@ pub(crate) struct Spot {
     offset: f64,
 }
 
+/// A point of a surface that shines, as it is seen from another.
+pub(crate) struct LightPoint {
+    /// The unit vector to it.
+    pub towards: DVec3,
+    /// [m]
+    pub distance: f64,
+    /// What it emits to there [W·sr⁻¹·m⁻²].
+    pub emission: DVec3,
+    /// With which the direction to it was chosen [sr⁻¹].
+    pub density: f64,
+}
+
 impl Surfaces {
     /// [`Surfaces::offset`] in largest coordinates M of all surfaces.
     ///
@@ -90,17 +102,29 @@ impl Surfaces {
         Some(self.spot(&meeting, direction))
     }
 
-    /// Whether a ray in the unit `direction` meets a surface within a distance [m].
+    /// Whether a ray in the unit `direction` meets a surface before a distance [m]; what is at that distance, as a light may be,
+    /// is no obstacle.
     pub fn block(&self, origin: DVec3, direction: DVec3, distance: f64) -> bool {
-        // What light leaves from is no obstacle.
         self.bvh.blocked(origin, direction, distance - self.offset, |meeting| self.exists(meeting))
     }
 
-    /// What a side of a face emits at a point of given weights of the corners [W·sr⁻¹·m⁻²].
-    pub fn emission(&self, face: usize, weights: [f64; 3], front: bool) -> DVec3 {
-        let face = &self.faces[face];
+    /// A random point of the surfaces that shine, beside the side that is seen from `eye`, and what it emits there; `None` where
+    /// there is none, or the point is dark from there.
+    pub fn sample_light(&self, eye: DVec3, rng: &mut Random) -> Option<LightPoint> {
+        let (index, weights) = self.lights.sample(rng)?;
+        let face = &self.faces[index];
+        let normal = face.triangle.area_vector().normalize();
+        let corners = face.triangle.0;
+        let mut point = blend(weights, |i| corners[i]);
+        let height = normal.dot(eye - point);
         let part = &self.parts[face.part as usize];
-        part.emission(part.texcoord(face, weights), front)
+        let emission = part.emission(part.texcoord(face, weights), height > 0.0);
+        point += normal * self.offset.copysign(height);
+        let (towards, distance) = (point - eye).normalize_and_length();
+        let cosine = normal.dot(towards).abs();
+        let density = self.lights.chance(index, distance, cosine);
+        let seen = emission != DVec3::ZERO && distance > 0.0 && cosine > 0.0;
+        seen.then_some(LightPoint { towards, distance, emission, density })
     }
 
     /// All faces.
@@ -108,18 +132,14 @@ impl Surfaces {
         &self.faces
     }
 
-    /// A face.
-    pub fn face(&self, face: usize) -> &Face {
-        &self.faces[face]
-    }
-
-    /// Not where a material's picture is transparent.
+    /// Not where its material is transparent.
     #[inline]
     pub fn exists(&self, meeting: &Meeting) -> bool {
         let face = &self.faces[meeting.triangle];
         let part = &self.parts[face.part as usize];
-        let (Some(cutoff), Some(Map(texture))) = (part.material.alpha_cutoff, part.color_map()) else { return true };
-        texture.at(part.texcoord(face, meeting.weights)).w >= cutoff
+        let Some(cutoff) = part.material.alpha_cutoff else { return true };
+        let uv = part.texcoord(face, meeting.weights);
+        part.color(face, meeting.weights, uv).w >= cutoff
     }
 
     /// The point where a ray in the unit `direction` meets a face.
@@ -136,7 +156,7 @@ impl Surfaces {
             view: -direction,
             geometric: normal * turn,
             shading: part.normal(face, meeting.weights, uv).unwrap_or(normal) * turn,
-            bsdf: part.bsdf(uv, meeting.front),
+            bsdf: part.bsdf(face, meeting.weights, uv, meeting.front),
             emission: part.emission(uv, meeting.front),
             face: meeting.triangle,
             offset: self.offset,
@@ -200,24 +220,28 @@ impl Part {
         (tangent * bent.x + bitangent * bent.y + normal * bent.z).try_normalize()
     }
 
-    fn color_map(&self) -> Option<&Map> {
-        match &self.material.bsdf {
+    /// What multiplies the reflectance, and how opaque it is: the vertices' colours times the material's picture.
+    fn color(&self, face: &Face, weights: [f64; 3], uv: Vec2) -> Vec4 {
+        let of = |i: usize| self.mesh.colors.get(face.corners[i] as usize).copied().unwrap_or(Vec4::ONE);
+        let color: Vec4 = (0..3).map(|i| of(i) * weights[i] as f32).sum();
+        let map = match &self.material.bsdf {
             surface::Bsdf::Lambert { map, .. } => map.as_ref(),
             surface::Bsdf::MetallicRoughness { base_color_map, .. } => base_color_map.as_ref(),
             surface::Bsdf::Mirror { .. } | surface::Bsdf::Dielectric { .. } => None,
-        }
+        };
+        color * map.map_or(Vec4::ONE, |Map(texture)| texture.at(uv))
     }
 
-    fn bsdf(&self, uv: Vec2, front: bool) -> Bsdf {
-        let color = self.color_map().map_or(Vec3::ONE, |map| map.0.at(uv).truncate());
+    fn bsdf(&self, face: &Face, weights: [f64; 3], uv: Vec2, front: bool) -> Bsdf {
+        let color = || self.color(face, weights, uv).truncate();
         match &self.material.bsdf {
             surface::Bsdf::Lambert { reflectance, .. } => {
-                Bsdf::Lambert { reflectance: (reflectance * color).as_dvec3() }
+                Bsdf::Lambert { reflectance: (reflectance * color()).as_dvec3() }
             }
             surface::Bsdf::MetallicRoughness { base_color, metallic, roughness, metallic_roughness_map, .. } => {
                 let texel = metallic_roughness_map.as_ref().map_or(Vec3::ONE, |map| map.0.at(uv).truncate());
                 let [metallic, roughness] = [metallic * texel.z, roughness * texel.y].map(f64::from);
-                Bsdf::Rough(Rough::new((base_color * color).as_dvec3(), metallic, roughness))
+                Bsdf::Rough(Rough::new((base_color * color()).as_dvec3(), metallic, roughness))
             }
             surface::Bsdf::Mirror { reflectance } => Bsdf::Mirror { reflectance: reflectance.as_dvec3() },
             surface::Bsdf::Dielectric { ior } => {

@@ -25,6 +25,14 @@ pub(crate) enum Vertex<'a> {
 }
 
 impl Vertex<'_> {
+    /// Where it is [m].
+    pub fn point(&self) -> DVec3 {
+        match self {
+            Vertex::Media { point, .. } => *point,
+            Vertex::Surface(spot) => spot.point,
+        }
+    }
+
     /// Where a ray in a direction starts.
     pub fn start(&self, towards: DVec3) -> DVec3 {
         match self {

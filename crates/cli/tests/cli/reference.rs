@@ -61,6 +61,7 @@ fn another_picture_is_not_continued() {
         ("--size 8x8", "of another scene"),
         ("--depth 1", "of another depth"),
         ("--seed 7", "of another seed"),
+        ("--no-caustics", "with caustics"),
     ] {
         let run = place.tyndall(&format!("reference scene.toml -o a.exr --samples 2 {argument}"));
         run.exits(2).says(&["output a.exr: found a picture ", different]);

@@ -53,11 +53,12 @@ impl Bsdf {
         matches!(self, Self::Mirror { .. } | Self::Dielectric { .. })
     }
 
-    /// The bidirectional scattering distribution [sr⁻¹], without specular directions.
+    /// The bidirectional scattering distribution [sr⁻¹], without specular directions; 0 where the eye or the light is behind the
+    /// normal.
     #[inline]
     pub fn value(&self, view: DVec3, towards: DVec3, normal: DVec3) -> DVec3 {
         match self {
-            _ if normal.dot(towards) <= 0.0 => DVec3::ZERO,
+            _ if normal.dot(towards) <= 0.0 || normal.dot(view) <= 0.0 => DVec3::ZERO,
             Self::Lambert { reflectance } => reflectance * FRAC_1_PI,
             Self::Rough(rough) => rough.value(view, towards, normal),
             Self::Mirror { .. } | Self::Dielectric { .. } => DVec3::ZERO,
@@ -69,7 +70,7 @@ impl Bsdf {
     pub fn pdf(&self, view: DVec3, towards: DVec3, normal: DVec3) -> f64 {
         let cosine = normal.dot(towards);
         match self {
-            _ if cosine <= 0.0 => 0.0,
+            _ if cosine <= 0.0 || normal.dot(view) <= 0.0 => 0.0,
             Self::Lambert { .. } => cosine * FRAC_1_PI,
             Self::Rough(rough) => rough.pdf(view, towards, normal),
             Self::Mirror { .. } | Self::Dielectric { .. } => 0.0,
@@ -80,6 +81,7 @@ impl Bsdf {
     #[inline]
     pub fn sample(&self, view: DVec3, normal: DVec3, rng: &mut Random) -> Option<Sample> {
         match self {
+            _ if normal.dot(view) <= 0.0 => None,
             Self::Lambert { reflectance } => {
                 let towards = cosine_direction(normal, rng);
                 let density = normal.dot(towards) * FRAC_1_PI;
@@ -95,10 +97,10 @@ impl Bsdf {
                 Some(Sample { towards, weight, density: Some(density) })
             }
             Self::Mirror { reflectance } => {
-                let towards = specular::reflected(view, normal)?;
+                let towards = specular::reflected(view, normal);
                 Some(Sample { towards, weight: *reflectance, density: None })
             }
-            Self::Dielectric { eta } => specular::sample(*eta, view, normal, rng),
+            Self::Dielectric { eta } => Some(specular::sample(*eta, view, normal, rng)),
         }
     }
 }

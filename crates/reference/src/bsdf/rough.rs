@@ -24,7 +24,7 @@ impl Rough {
         Self { base, metallic, alpha: (roughness * roughness).max(0.001) }
     }
 
-    /// [sr⁻¹]; both directions on the normal's side, but that from behind it the base is seen yet no facet.
+    /// [sr⁻¹]; both directions are on the normal's side.
     #[inline]
     pub(super) fn value(&self, view: DVec3, towards: DVec3, normal: DVec3) -> DVec3 {
         let half = (view + towards).normalize_or_zero();
@@ -32,9 +32,6 @@ impl Rough {
         let dielectric = DIELECTRIC + (1.0 - DIELECTRIC) * fifth;
         let base = self.base * ((1.0 - self.metallic) * (1.0 - dielectric) * FRAC_1_PI);
         let (nv, nl) = (normal.dot(view), normal.dot(towards));
-        if nv <= 0.0 {
-            return base;
-        }
         let metal = self.base + (1.0 - self.base) * fifth;
         // G/(4 n·l n·v) of Smith's height-correlated G [Heitz14].
         let visible = 0.5 / (nl * self.slant(nv) + nv * self.slant(nl));
@@ -47,13 +44,10 @@ impl Rough {
     pub(super) fn pdf(&self, view: DVec3, towards: DVec3, normal: DVec3) -> f64 {
         let (nv, nl) = (normal.dot(view), normal.dot(towards));
         let facet = self.facet_chance(nv);
-        let mut density = (1.0 - facet) * nl.max(0.0) * FRAC_1_PI;
-        if facet > 0.0 {
-            // G₁ D/(4 n·v) [Heitz18], with G₁ = 2 n·v/(n·v + √(α² + (1 − α²)(n·v)²)).
-            let half = (view + towards).normalize_or_zero();
-            density += facet * self.facets(normal.dot(half)) / (2.0 * (nv + self.slant(nv)));
-        }
-        density
+        // G₁ D/(4 n·v) [Heitz18], with G₁ = 2 n·v/(n·v + √(α² + (1 − α²)(n·v)²)).
+        let half = (view + towards).normalize_or_zero();
+        let of_facets = self.facets(normal.dot(half)) / (2.0 * (nv + self.slant(nv)));
+        facet * of_facets + (1.0 - facet) * nl * FRAC_1_PI
     }
 
     /// A direction from the base, or from a facet that is seen [Dupuy23]; it may lie behind the normal.
@@ -77,9 +71,6 @@ impl Rough {
     /// The probability that a facet is sampled, and not the base: about their shares of the light.
     #[inline]
     fn facet_chance(&self, nv: f64) -> f64 {
-        if nv <= 0.0 {
-            return 0.0;
-        }
         let fifth = fifth(nv);
         let dielectric = DIELECTRIC + (1.0 - DIELECTRIC) * fifth;
         let base = self.base.max_element();

@@ -3,16 +3,22 @@
 
 mod agreement;
 mod beer;
+mod bsdf;
+mod caustics;
 mod clip;
+mod enclosed;
 mod furnace;
 mod glow;
 mod half_space;
+mod materials;
 mod mesh;
 mod phases;
 mod pictures;
 mod probe;
+mod radiosity;
 mod robust;
 mod single;
 mod sky;
+mod surfaces;
 mod tolerance;
 mod worlds;

@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use glam::{DVec3, Mat4, Vec3};
 use tyndall_reference::{Random, Tracer};
+use tyndall_scene::assets::Directory;
 use tyndall_scene::description::{Angle, Light, Mie, Optics, Phase, Relative};
 use tyndall_scene::phase::PhaseFunction;
-use tyndall_scene::volume::{Grid, Voxels};
-use tyndall_scene::{Field, Volume, World};
+use tyndall_scene::volume::{Budget, Grid, Voxels};
+use tyndall_scene::{Document, Field, Volume, World};
 
 use crate::tolerance::Estimate;
 
@@ -115,4 +116,43 @@ pub fn look(world: &World, origin: DVec3, direction: DVec3, depth: Option<u32>, 
 pub fn pass(world: &World, origin: DVec3, direction: DVec3, distance: f64, samples: u32) -> Estimate {
     let tracer = Tracer::new(world).unwrap();
     Estimate::of(samples, 1, |rng| tracer.transmittance(origin, direction.normalize(), distance, rng))
+}
+
+/// A world from a scene file's text, without camera.
+pub fn scene(text: &str) -> World {
+    let text = format!("camera = {{ position = [0, 0, 5], target = [0, 0, 0], fov = 40 }}\n{text}");
+    let document = Document::new("test.toml", text);
+    let scene = document.parse().unwrap_or_else(|error| panic!("{error}"));
+    World::load(scene, &Directory(".".into()), Budget(1 << 20)).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A quad on each side of the unit cube, by name, its front inside.
+pub const CUBE: [(&str, &str); 6] = [
+    ("floor", "shape.quad = { corner = [0, 0, 0], edges = [[0, 0, 1], [1, 0, 0]] }"),
+    ("ceiling", "shape.quad = { corner = [0, 1, 0], edges = [[1, 0, 0], [0, 0, 1]] }"),
+    ("left", "shape.quad = { corner = [0, 0, 0], edges = [[0, 1, 0], [0, 0, 1]] }"),
+    ("right", "shape.quad = { corner = [1, 0, 0], edges = [[0, 0, 1], [0, 1, 0]] }"),
+    ("back", "shape.quad = { corner = [0, 0, 0], edges = [[1, 0, 0], [0, 1, 0]] }"),
+    ("front", "shape.quad = { corner = [0, 0, 1], edges = [[0, 1, 0], [1, 0, 0]] }"),
+];
+
+/// The unit cube from within; of each side, what there is besides its shape.
+pub fn room(materials: &str, of: impl Fn(&str) -> &'static str) -> World {
+    let sides = CUBE.map(|(name, shape)| format!("[surfaces.{name}]\n{shape}\n{}\n", of(name)));
+    scene(&format!("{materials}\n{}", sides.concat()))
+}
+
+/// What a point of the floor shows upwards, on average over all of the floor; of the ceiling, walls likewise.
+pub fn mean_of_side(world: &World, side: &str, depth: Option<u32>, samples: u32) -> Estimate {
+    let tracer = Tracer::new(world).unwrap();
+    Estimate::of(samples, 7, |rng| {
+        let (u, v) = (rng.uniform(), rng.uniform());
+        let (point, out) = match side {
+            "floor" => (DVec3::new(u, 0.0, v), DVec3::Y),
+            "ceiling" => (DVec3::new(u, 1.0, v), DVec3::NEG_Y),
+            "left" => (DVec3::new(0.0, u, v), DVec3::X),
+            _ => panic!("no such side"),
+        };
+        tracer.radiance(point + out * 1e-6, -out, depth, rng)
+    })
 }
