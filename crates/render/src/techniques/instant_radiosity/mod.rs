@@ -189,7 +189,9 @@ impl Walk {
     }
 }
 
-async fn record(Recording { graph, resident, settings, film, world }: Recording<'_, '_>) -> Result<(), RenderError> {
+async fn record(
+    Recording { graph, resident, settings, film, world, .. }: Recording<'_, '_>,
+) -> Result<(), RenderError> {
     let gpu = graph.gpu();
     let walk = Walk::new(world, settings)?;
     let paths = settings.number("paths") as u32;

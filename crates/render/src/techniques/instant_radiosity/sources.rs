@@ -254,10 +254,8 @@ fn disc(u: [f64; 2]) -> DVec2 {
     u[0].sqrt() * DVec2::new(c, s)
 }
 
-/// Turns both normals of a point to the side that a direction points to.
-pub fn towards(point: &Point, direction: DVec3) -> (DVec3, DVec3) {
+/// The normals of a point, turned to the side of the triangle that a direction points to.
+pub fn towards(point: &Point, direction: DVec3) -> [DVec3; 2] {
     let side = if point.normal.dot(direction) < 0.0 { -1.0 } else { 1.0 };
-    let shading = side * point.shading;
-    (side * point.normal, if shading.dot(direction) > 0.0 { shading } else { side * point.normal })
+    [side * point.normal, side * point.shading]
 }
-

@@ -262,7 +262,7 @@ fn look() {
 fn brute(geometry: &super::geometry::Geometry, origin: glam::DVec3, direction: glam::DVec3, bounces: u32, state: &mut u32) -> glam::DVec3 {
     let mut random = || { *state += 1; super::sequence::uniform(99, *state, 0) };
     let Some(point) = geometry.trace(origin, direction) else { return glam::DVec3::ZERO };
-    let (normal, _) = super::sources::towards(&point, -direction);
+    let [normal, _] = super::sources::towards(&point, -direction);
     let brdf = geometry.brdf(&point).base / std::f64::consts::PI;
     let lamp = glam::DVec3::new(0.38 + 0.24 * random(), 0.998, 0.4 + 0.2 * random());
     let way = lamp - point.position;

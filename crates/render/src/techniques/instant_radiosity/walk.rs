@@ -78,8 +78,11 @@ pub fn path(geometry: &Geometry, sources: &Sources, sequence: &Sequence, i: u32,
     let (mut origin, mut direction, mut flux) = (start.origin, start.direction, start.flux);
     for bounce in 1..counts.len() {
         let Some(point) = geometry.trace(origin, direction) else { break };
-        let (normal, shading) = towards(&point, -direction);
+        let [normal, shading] = towards(&point, -direction);
         let brdf = geometry.brdf(&point);
+        if brdf.kind < 2 && -direction.dot(shading) <= 0.0 {
+            break;
+        }
         made.extend(reflecting(&point, [normal, shading], -direction, flux, &brdf).map(|vpl| weighted(vpl, bounce)));
         let next = match brdf.kind {
             2 => Some((reflect(direction, normal), brdf.base)),
