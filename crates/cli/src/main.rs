@@ -10,6 +10,7 @@ mod probe;
 mod progress;
 mod reference;
 mod render;
+mod reproduce;
 mod say;
 mod schema;
 
@@ -51,6 +52,7 @@ enum Command {
     Reference(reference::Arguments),
     Compare(compare::Arguments),
     Probe(probe::Arguments),
+    Reproduce(reproduce::Arguments),
     Info(info::Arguments),
     Schema(schema::Arguments),
 }
@@ -76,6 +78,7 @@ fn main() -> ExitCode {
         Command::Reference(arguments) => arguments.run(),
         Command::Compare(arguments) => arguments.run(),
         Command::Probe(arguments) => arguments.run(),
+        Command::Reproduce(arguments) => arguments.run(),
         Command::Info(arguments) => arguments.run(),
         Command::Schema(arguments) => arguments.run(),
     };

@@ -65,8 +65,11 @@ pub const HIT: f32 = 1e-3;
 pub const FURNACE: f32 = 0.01;
 /// Relative RMSE of instant radiosity at 256 paths, against the reference: what the issue asks for.
 pub const RADIOSITY: f64 = 0.03;
-/// Mean FLIP of the same.
-pub const RADIOSITY_FLIP: f64 = 0.05;
+/// Relative change from frame to frame of a walk through the Cornell box: one image in 32 is another, which has whole lights of
+/// its own.
+pub const FLICKER: f64 = 0.1;
+/// Relative RMSE of a walk's frame against the converged picture: the last 32 images are 32 frames old on average half.
+pub const LAG: f64 = 0.3;
 /// The share of light that comes past surfaces, from a pixel's radiance: facets of 5.6 degrees have a ball's normals but for
 /// 0.1 %, at a cosine of 0.03 some 4 %.
 pub const SHADOW: f64 = 0.05;

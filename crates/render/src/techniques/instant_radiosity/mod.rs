@@ -189,11 +189,24 @@ impl Walk {
     }
 }
 
+/// How many virtual lights a scene's settings of the technique give, without images in mirrors.
+///
+/// # Errors
+/// Settings that are not accepted.
+pub fn count(world: &World) -> Result<u32, RenderError> {
+    let given = world.scene.techniques.get(TECHNIQUE.name);
+    let settings = Settings::new(TECHNIQUE.name, TECHNIQUE.parameters, given)?;
+    Ok(Walk::new(world, &settings)?.lights().len() as u32)
+}
+
 async fn record(
     Recording { graph, resident, settings, film, world, .. }: Recording<'_, '_>,
 ) -> Result<(), RenderError> {
     let gpu = graph.gpu();
     let walk = Walk::new(world, settings)?;
+    if resident.surfaces.cutouts {
+        tracing::warn!("surfaces: what alpha cuts away is there for techniques.instant_radiosity");
+    }
     let paths = settings.number("paths") as u32;
     let groups = walk::groups(paths, (settings.number("samples") as u32).min(paths));
     let (vpls, ranges) = grouped(walk.lights(), &groups, &walk.mirrors);
