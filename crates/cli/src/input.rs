@@ -14,7 +14,7 @@ use crate::failure::Failure;
 /// What `render`, `reference` and `probe` are told of the scene.
 #[derive(clap::Args)]
 pub struct Input {
-    /// Scene file (TOML, or JSON if it ends in .json)
+    /// Scene file (TOML, or JSON if it ends in .json), or a model alone (.gltf, .glb, .obj, .ply)
     pub scene: PathBuf,
     /// Picture size in pixels, in place of film.size
     #[arg(long, value_name = "WxH", value_parser = size)]
@@ -27,7 +27,8 @@ pub struct Input {
 impl Input {
     /// Reads, overrides, checks and loads the scene.
     pub fn load(&self) -> Result<World, Failure> {
-        let document = Document::from_bytes(self.scene.display().to_string(), self.read()?)?;
+        let folder = Directory(self.scene.parent().unwrap_or(Path::new("")).into());
+        let document = self.document(&folder)?;
         let mut scene = document.parse()?;
         for (path, value) in &self.set {
             let set = scene.set(path, value);
@@ -38,12 +39,20 @@ impl Input {
             set.map_err(|error| Failure::Input(anyhow!("--size {width}x{height}: {error}")))?;
         }
         self.check_settings(&scene, &document)?;
-        let folder = self.scene.parent().unwrap_or(Path::new(""));
         let started = std::time::Instant::now();
-        let world = World::load(scene, &Directory(folder.into()), memory_budget())
-            .map_err(|error| self.blame(error.locate(&document)))?;
-        tracing::info!(volumes = world.volumes.len(), hash = &world.hash[..16], time = ?started.elapsed(), "loaded");
+        let world =
+            World::load(scene, &folder, memory_budget()).map_err(|error| self.blame(error.locate(&document)))?;
+        tracing::info!(volumes = world.volumes.len(), surfaces = world.surfaces.len(), hash = &world.hash[..16], time = ?started.elapsed(), "loaded");
         Ok(world)
+    }
+
+    /// The scene's text; of a model alone, the scene that it is.
+    fn document(&self, folder: &Directory) -> Result<Document, Failure> {
+        let name = self.scene.file_name().unwrap_or_default().to_string_lossy();
+        if Document::is_model(&name) {
+            return Ok(Document::model(&name, folder));
+        }
+        Ok(Document::from_bytes(self.scene.display().to_string(), self.read()?)?)
     }
 
     /// The scene file's bytes, and no more of them than a scene may have.

@@ -7,10 +7,12 @@ use std::sync::Arc;
 use glam::{Mat4, Vec3};
 
 use crate::assets::{Assets, Hashed};
-use crate::description::{Clip, Coefficients, Density, Light, Medium, Optics, Plane, Raw, Scene, TemperatureGrid};
+use crate::description::{
+    Camera, Clip, Coefficients, Density, Light, Medium, Optics, Plane, Raw, Scene, TemperatureGrid,
+};
 use crate::field::{Expression, Formula, Fractal, Noise, Sphere};
 use crate::phase::PhaseFunction;
-use crate::surface::{self, Surface, TextureError};
+use crate::surface::{self, Surface, SurfaceError, TextureError};
 use crate::volume::{Budget, FileError, Grid, Mesh, VolumeError, read_grid, read_mesh};
 use crate::{Color, EnvironmentError, EnvironmentMap, FieldError, PlacedGrid, Temperature, document};
 
@@ -161,6 +163,16 @@ pub enum LoadError {
         /// What is wrong with it.
         source: EnvironmentError,
     },
+    /// A file of surfaces is not what it should be.
+    #[error("{path}: {file:?}: {source}")]
+    Surface {
+        /// The field that names the asset.
+        path: String,
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        source: SurfaceError,
+    },
     /// A texture is not what it should be.
     #[error("{path}: {file:?}: {source}")]
     Texture {
@@ -196,6 +208,7 @@ impl LoadError {
             }
             LoadError::Volume { file, source, .. } => format!("{file:?}: {source}"),
             LoadError::Environment { file, source, .. } => format!("{file:?}: {source}"),
+            LoadError::Surface { file, source, .. } => format!("{file:?}: {source}"),
             LoadError::Texture { file, source, .. } => format!("{file:?}: {source}"),
             LoadError::Singular { .. } => SINGULAR.into(),
         };
@@ -203,6 +216,7 @@ impl LoadError {
         | LoadError::Asset { path, .. }
         | LoadError::Volume { path, .. }
         | LoadError::Environment { path, .. }
+        | LoadError::Surface { path, .. }
         | LoadError::Texture { path, .. }
         | LoadError::Singular { path }) = self;
         document.at(path, &message)
@@ -244,8 +258,15 @@ impl World {
             });
         }
         let assets = Hashed::new(loader.assets, &mut loader.hasher);
-        let surfaces = surface::load(&scene, &assets, &mut loader.left)?;
-        let lights = scene.lights.clone();
+        let surface::Loaded { surfaces, mut lights, camera } = surface::load(&scene, &assets, &mut loader.left)?;
+        lights.extend(scene.lights.clone());
+        let mut scene = scene;
+        if scene.camera.is_none() {
+            scene.camera = match camera {
+                Some(camera) => camera,
+                None => framing(&scene, &surfaces, &volumes)?,
+            };
+        }
         let environment = loader.environment(&scene)?;
         let hash = loader.hasher.finalize().to_hex().to_string();
         Ok(Self { scene, volumes, surfaces, lights, environment, hash })
@@ -260,6 +281,22 @@ fn inverse(medium: &str, world_from_unit: Mat4) -> Result<Mat4, LoadError> {
         return Err(LoadError::Singular { path: format!("media.{medium}.transform") });
     }
     Ok(unit_from_world)
+}
+
+/// A camera that sees every surface and medium.
+fn framing(scene: &Scene, surfaces: &[Surface], volumes: &[Volume]) -> Result<Camera, FieldError> {
+    let corners = (0..8).map(|i| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32));
+    let points = |volume: &Volume| {
+        let map = volume.world_from_unit;
+        corners.clone().map(move |corner| [map.transform_point3(corner); 2])
+    };
+    let boxes = surfaces.iter().filter_map(Surface::bounds).chain(volumes.iter().flat_map(points));
+    let all = boxes.reduce(|[a, b], [low, high]| [a.min(low), b.max(high)]);
+    all.and_then(|bounds| Camera::framing(bounds, scene.film.size)).ok_or_else(|| FieldError {
+        path: "camera".into(),
+        found: "no `camera`, and nothing that one can be put before".into(),
+        accepted: "a camera, or surfaces or media of some size".into(),
+    })
 }
 
 struct Loader<'a> {

@@ -37,6 +37,28 @@ impl Default for Camera {
 }
 
 impl Camera {
+    /// The camera of a scene that has none: its field of view, 0, can stand in no file. [`crate::World::load`] puts another in
+    /// its place: that of a file, or one that sees everything.
+    pub(crate) fn none() -> Self {
+        Self { fov: 0.0, ..Self::default() }
+    }
+
+    /// Whether the scene has no camera.
+    pub fn is_none(&self) -> bool {
+        self.fov == 0.0
+    }
+
+    /// A camera from the front and above that sees a whole box [m] on a film of this size; `None` where it cannot.
+    pub(crate) fn framing([low, high]: [Vec3; 2], [width, height]: [u32; 2]) -> Option<Self> {
+        let (target, radius) = ((low + high) / 2.0, (high - low).length() / 2.0);
+        let half = (fov() / 2.0).to_radians();
+        // The narrower of both directions counts.
+        let half = half.min((half.tan() * width as f32 / height as f32).atan());
+        let position = target + Vec3::new(0.5, 0.35, 1.0).normalize() * (radius / half.sin());
+        let camera = Self { position, target, ..Self::default() };
+        (position.is_finite() && radius > 0.0 && camera.frame().is_some()).then_some(camera)
+    }
+
     /// Right, up and backward axes (orthonormal, right-handed; the camera looks along −backward), or `None` where
     /// position and target coincide or the view runs along `up`.
     pub fn frame(&self) -> Option<[Vec3; 3]> {

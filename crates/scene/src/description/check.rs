@@ -1,6 +1,6 @@
 //! What holds between a scene's fields, which no field can check alone.
 
-use super::{Density, Light, Optics, Raw, Scene};
+use super::{Density, Light, Optics, Raw, Scene, Shape};
 use crate::FieldError;
 use crate::field::{Formula, MAX_COORDINATE};
 use crate::volume::Format;
@@ -18,7 +18,15 @@ impl Scene {
 
     /// Checks what reading a file does not: the relations between fields.
     pub(crate) fn check_relations(&self) -> Result<(), FieldError> {
-        if self.camera.frame().is_none() {
+        if self.camera.is_none() {
+            if self.media.is_empty() && self.surfaces.is_empty() {
+                return invalid(
+                    "",
+                    "no `camera`".into(),
+                    "a table with `camera`, or something that one can be put before",
+                );
+            }
+        } else if self.camera.frame().is_none() {
             let [target, position] = [self.camera.target, self.camera.position].map(|v| v.to_array());
             let found = format!("{target:?}, seen from {position:?}");
             return invalid("camera.target", found, "a point apart from `position`, not straight along `up`");
@@ -35,6 +43,17 @@ impl Scene {
         if let (Some((first, _)), Some((second, _))) = (maps.next(), maps.next()) {
             let found = format!("a second environment map, beside lights.{first}");
             return invalid(&format!("lights.{second}.environment"), found, "one in a scene");
+        }
+        let mut cameras = self.surfaces.iter().filter_map(|(name, surface)| match &surface.shape {
+            Shape::Mesh { camera, .. } => camera.as_ref().map(|camera| (name, camera)),
+            _ => None,
+        });
+        if let Some((name, camera)) = cameras.next() {
+            let other = cameras.next().map(|(other, _)| format!("surfaces.{other}"));
+            if let Some(other) = other.or((!self.camera.is_none()).then(|| "the scene's `camera`".into())) {
+                let found = format!("{camera:?} beside that of {other}");
+                return invalid(&format!("surfaces.{name}.shape.mesh.camera"), found, "one camera");
+            }
         }
         for (name, surface) in &self.surfaces {
             surface.check(&format!("surfaces.{name}"))?;

@@ -37,7 +37,9 @@ use crate::parameter::Value;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
-    /// Where the picture is taken from.
+    /// Where the picture is taken from. Without one it is the first camera of the surfaces' files, or one that sees all there
+    /// is.
+    #[serde(default = "Camera::none", skip_serializing_if = "Camera::is_none")]
     pub camera: Camera,
     /// The picture's size and exposure.
     #[serde(default)]

@@ -67,6 +67,15 @@ pub enum Shape {
         /// Indices of the corners of each polygon, three or more.
         faces: Vec<Vec<Corner>>,
     },
+    /// The triangles of a file, in metres: glTF 2.0 (`.gltf`, `.glb`), with its materials, lights and cameras; Wavefront
+    /// (`.obj`), with its materials; PLY (`.ply`).
+    Mesh {
+        /// Path relative to the scene file.
+        file: String,
+        /// The file's camera that takes the picture, in place of the scene's `camera`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        camera: Option<String>,
+    },
     /// A disc.
     Disc {
         /// The centre [m].

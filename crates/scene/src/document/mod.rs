@@ -10,7 +10,8 @@ use std::fmt;
 
 use serde::Deserialize as _;
 
-use crate::Scene;
+use crate::assets::Assets;
+use crate::{Scene, surface};
 use node::{Node, plain};
 
 /// The languages a scene file may be written in.
@@ -28,6 +29,8 @@ pub struct Document {
     name: String,
     text: String,
     format: Format,
+    /// Nobody wrote the text, so that places in it say nothing.
+    made: bool,
 }
 
 /// A value of a scene that cannot be, by its path.
@@ -78,7 +81,23 @@ impl Document {
         let format = if name.to_ascii_lowercase().ends_with(".json") { Format::Json } else { Format::Toml };
         // Some editors begin a file with a byte order mark.
         let text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
-        Self { name, text, format }
+        Self { name, text, format, made: false }
+    }
+
+    /// The scene that a file of surfaces is by itself (`.gltf`, `.glb`, `.obj`, `.ply`), by its path as `assets` take it: it
+    /// alone, as `surfaces.model`, taken by its first camera, or by one that sees all of it. Where it has no light that is
+    /// an even sky, `lights.sky`.
+    pub fn model(file: &str, assets: &dyn Assets) -> Self {
+        let mut scene = serde_json::json!({ "surfaces": { "model": { "shape": { "mesh": { "file": file } } } } });
+        if !surface::gives_light(file, assets) {
+            scene["lights"] = serde_json::json!({ "sky": { "constant": { "radiance": 1.0 } } });
+        }
+        Self { name: file.into(), text: scene.to_string(), format: Format::Json, made: true }
+    }
+
+    /// Whether a file of this name is one that [`Document::model`] takes.
+    pub fn is_model(name: &str) -> bool {
+        surface::Format::of(name).is_some()
     }
 
     /// A scene file's bytes, as [`Document::new`] takes a text.
@@ -112,7 +131,10 @@ impl Document {
             let at = fault.at;
             self.error(at, &fault.into_error())
         })?;
-        scene.check_relations().map_err(|error| self.error(tree.find(&error.path), &error))?;
+        scene.check_relations().map_err(|error| {
+            let whole = error.path.is_empty().then_some(tree.at);
+            self.error(whole.or_else(|| tree.find(&error.path)), &error)
+        })?;
         Ok(scene)
     }
 
@@ -150,7 +172,7 @@ impl Document {
     }
 
     fn place(&self, at: Option<usize>) -> Option<(usize, usize)> {
-        at.map(|at| line_and_column(&self.text, at))
+        at.filter(|_| !self.made).map(|at| line_and_column(&self.text, at))
     }
 }
 

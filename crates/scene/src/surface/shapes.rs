@@ -25,6 +25,8 @@ impl TriangleMesh {
             }
             &Shape::Sphere { center, radius } => mesh.sphere(center, radius),
             &Shape::Disc { center, normal, radius } => mesh.disc(center, normal.normalize(), radius),
+            // Those of a file are read where assets are.
+            Shape::Mesh { .. } => {}
             Shape::Polygons { vertices, faces } => faces.iter().for_each(|face| mesh.polygon(vertices, face)),
         }
         mesh

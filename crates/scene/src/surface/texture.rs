@@ -110,9 +110,21 @@ impl Texture {
 
     fn linear(&self, texel: [u8; 4]) -> Vec4 {
         let [r, g, b, a] = texel.map(|byte| f32::from(byte) / 255.0);
-        let decode = |x: f32| if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) };
-        if self.srgb { Vec4::new(decode(r), decode(g), decode(b), a) } else { Vec4::new(r, g, b, a) }
+        if !self.srgb {
+            return Vec4::new(r, g, b, a);
+        }
+        Vec4::new(linear_from_srgb(r), linear_from_srgb(g), linear_from_srgb(b), a)
     }
+}
+
+/// Linear light of an sRGB value, and the other way. [IEC 61966-2-1]
+pub(super) fn linear_from_srgb(x: f32) -> f32 {
+    if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
+}
+
+/// See [`linear_from_srgb`].
+pub(super) fn srgb_from_linear(x: f32) -> f32 {
+    if x <= 0.0031308 { x * 12.92 } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
 }
 
 #[cfg(test)]

@@ -33,7 +33,7 @@ fn fields() {
     check(
         "",
         &[
-            ("{}", "1:1: found no `camera`; accepted: a table with `camera`, which has no default"),
+            ("{}", "1:1: found no `camera`; accepted: a table with `camera`, or something that one can be put before"),
             (
                 "{\"camera\": null}",
                 "1:12: camera: found null; accepted: a table with `position`, `target`, `up`, `fov`",

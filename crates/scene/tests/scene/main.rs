@@ -6,6 +6,7 @@ mod field;
 mod formula;
 mod grids;
 mod json;
+mod model;
 mod schema;
 mod set;
 mod surface;

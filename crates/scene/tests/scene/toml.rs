@@ -12,7 +12,7 @@ fn syntax() {
     check(
         "",
         &[
-            ("", "1:1: found no `camera`; accepted: a table with `camera`, which has no default"),
+            ("", "1:1: found no `camera`; accepted: a table with `camera`, or something that one can be put before"),
             ("[camera]\nposition = [0, 0", "2:17: unclosed array, expected `]`"),
             ("[camera", "1:8: unclosed table, expected `]`"),
             ("camera", "1:7: key with no value, expected `=`"),
