@@ -17,14 +17,16 @@
 //! reflected by them and met something else before.
 
 pub(crate) mod geometry;
+mod punctual;
 pub mod sequence;
 pub(crate) mod sources;
 pub(crate) mod vpl;
 pub mod walk;
 #[cfg(test)]
 mod test;
-mod walkthrough;
+pub(crate) mod walkthrough;
 
+pub use punctual::punctual;
 pub use walkthrough::Walkthrough;
 
 use glam::Vec2;
@@ -341,4 +343,4 @@ fn check_size(gpu: &Gpu, count: usize) -> Result<(), RenderError> {
 }
 
 /// Bytes of a `Vpl` in `vpl.wesl`.
-const VPL_BYTES: u64 = 112;
+pub(crate) const VPL_BYTES: u64 = 112;
