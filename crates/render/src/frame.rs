@@ -1,6 +1,8 @@
 //! The order of a frame, readable as a recipe.
 
 use encase::ShaderSize;
+use std::cell::RefCell;
+
 use tyndall_scene::World;
 use tyndall_scene::description::Camera;
 use tyndall_scene::parameter::Settings;
@@ -43,6 +45,7 @@ impl<'a> Frame<'a> {
             gbuffer = Some(GBuffer::record(&mut graph, &resident, &resident.view, &resident.previous).await?);
             behind = Some(film_texture(gpu, resident.film, "behind").await?);
         }
+        let virtual_lights = RefCell::default();
         for (technique, settings) in &techniques {
             let (film, behind) = match technique.role {
                 Role::Surfaces => (behind.as_ref(), None),
@@ -57,6 +60,7 @@ impl<'a> Frame<'a> {
                 world,
                 gbuffer: gbuffer.as_ref(),
                 behind,
+                virtual_lights: &virtual_lights,
             };
             (technique.record)(recording).await?;
         }
@@ -73,6 +77,7 @@ impl<'a> Frame<'a> {
     ) -> Result<Self, RenderError> {
         let film = film_texture(gpu, resident.film, "film").await?;
         let mut graph = Graph::new(gpu);
+        let virtual_lights = RefCell::default();
         let recording = Recording {
             graph: &mut graph,
             resident: &resident,
@@ -81,6 +86,7 @@ impl<'a> Frame<'a> {
             world,
             gbuffer: None,
             behind: None,
+            virtual_lights: &virtual_lights,
         };
         record(recording).await?;
         Self::of(graph, world, resident, film, None)

@@ -126,6 +126,9 @@ pub struct Recording<'r, 'a> {
     pub gbuffer: Option<&'r GBuffer>,
     /// What the technique of surfaces has filled, for the one of media.
     pub behind: Option<&'r wgpu::Texture>,
+    /// Virtual lights that the technique of surfaces has found, for the one of media: they stand for all light of surfaces and the
+    /// environment, and for what of the lamps' light surfaces reflect.
+    pub virtual_lights: &'r std::cell::RefCell<Option<Vec<crate::resident::Light>>>,
 }
 
 /// A recording in progress; it waits for the device's verdict on each pass.

@@ -77,3 +77,5 @@ pub const SHADOW: f64 = 0.05;
 pub const DIRECT: f64 = 0.05;
 /// As [`DIRECT`], with smoke that is marched, and the reference's noise.
 pub const DIRECT_SMOKE: f64 = 0.05;
+/// Smoke lit by some 30 virtual lights against the reference: light within the smoke, and more scatterings, are left out.
+pub const LIT_SMOKE: f32 = 0.15;

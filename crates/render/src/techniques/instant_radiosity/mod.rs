@@ -35,7 +35,7 @@ use tyndall_scene::parameter::{Kind, Parameter, Settings};
 
 use super::{Recording, Role, Technique};
 use crate::graph::{Graph, Shader, shader};
-use crate::resident::Resident;
+use crate::resident::{Light, Resident};
 use crate::{Gpu, RenderError};
 use geometry::{Geometry, Mirror};
 use sequence::{Sequence, radical_inverse};
@@ -71,6 +71,12 @@ pub const TECHNIQUE: Technique = Technique {
             help: "Points of the walk: Halton's, jittered or not, jittered Hammersley's, N-rooks, or random",
             unit: "",
             kind: Kind::Choice(&["jittered", "halton", "hammersley", "rooks", "random"]),
+        },
+        Parameter {
+            name: "media_paths",
+            help: "Particles whose virtual lights media scatter (0: they scatter the light of lamps, surfaces and sky alone)",
+            unit: "",
+            kind: Kind::Count { min: 0, max: 4096, default: 16 },
         },
         Parameter {
             name: "seed",
@@ -175,6 +181,16 @@ impl Walk {
         walk::walk(&self.geometry, &self.sources, &self.sequence, &self.counts)
     }
 
+    /// The virtual lights of `media_paths` paths but for the lamps, for media. What is clamped is softened there: they shine like discs
+    /// whose radius is the clamped distance.
+    fn for_media(&self, settings: &Settings, bound: f32) -> Vec<Light> {
+        let paths = settings.number("media_paths") as u32;
+        let counts = walk::survivors(paths, self.geometry.mean_reflectivity(), settings.number("bounces") as u32);
+        let sequence = self.sequence.clone().of(paths);
+        let vpls = walk::walk(&self.geometry, &self.sources, &sequence, &counts);
+        vpls.iter().filter(|vpl| !vpl.is_lamp()).map(|vpl| vpl.softened(1.0 / bound)).collect()
+    }
+
     /// What the shader is told: the batches are to be filled in.
     fn gather(&self, settings: &Settings) -> Gather {
         let radius = self.geometry.sphere().1 as f32;
@@ -202,7 +218,7 @@ pub fn count(world: &World) -> Result<u32, RenderError> {
 }
 
 async fn record(
-    Recording { graph, resident, settings, film, world, .. }: Recording<'_, '_>,
+    Recording { graph, resident, settings, film, world, virtual_lights, .. }: Recording<'_, '_>,
 ) -> Result<(), RenderError> {
     let gpu = graph.gpu();
     let walk = Walk::new(world, settings)?;
@@ -217,6 +233,9 @@ async fn record(
     gather.batches = batches(&ranges, per_round(gpu, &walk, &vpls, gather.compensation));
     gather.rounds = gather.batches.len() as u32;
     tracing::info!(vpls = vpls.len(), rounds = gather.rounds, "instant radiosity");
+    if settings.number("media_paths") > 0.0 && !world.volumes.is_empty() {
+        virtual_lights.replace(Some(walk.for_media(settings, gather.bound)));
+    }
     let textures = walk.geometry.bvh.textures(gpu).await?;
     let list = if vpls.is_empty() { vec![Vpl::BLACK] } else { vpls };
     let buffers = [gpu.buffer("gather", &gather), gpu.buffer("vpls", &Vpls { list })];

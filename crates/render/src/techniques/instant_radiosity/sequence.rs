@@ -18,10 +18,38 @@ pub fn radical_inverse(base: u32, mut i: u32) -> f64 {
     value
 }
 
+/// A permutation of the digits in base b that keeps 0, for which the first points of two large bases do not lie on lines.
+/// [Faure92]
+pub fn faure(base: u32) -> Vec<u32> {
+    if base <= 2 {
+        return (0..base).collect();
+    }
+    if base.is_multiple_of(2) {
+        let half = faure(base / 2);
+        return [0, 1].into_iter().flat_map(|odd| half.iter().map(move |digit| 2 * digit + odd)).collect();
+    }
+    let middle = (base - 1) / 2;
+    let mut digits: Vec<u32> = faure(base - 1).iter().map(|&digit| digit + u32::from(digit >= middle)).collect();
+    digits.insert(middle as usize, middle);
+    digits
+}
+
+/// Φ_b(i) with permuted digits; the permutation keeps 0.
+fn scrambled(permutation: &[u32], mut i: u32) -> f64 {
+    let base = permutation.len() as u32;
+    let (mut value, mut place) = (0.0, 1.0 / f64::from(base));
+    while i > 0 {
+        value += f64::from(permutation[(i % base) as usize]) * place;
+        i /= base;
+        place /= f64::from(base);
+    }
+    value
+}
+
 /// Where points lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Halton's points, each moved at random within 1/n, n being how many points use the dimension.
+    /// Halton's points with Faure's digits, each moved at random within 1/n, n being how many points use the dimension.
     Jittered,
     /// Halton's points, all moved by 1/2n: the first of them would be a corner.
     Halton,
@@ -41,12 +69,20 @@ pub struct Sequence {
     count: u32,
     /// N-rooks: a permutation a dimension, made when it is first asked for.
     permutations: std::cell::RefCell<Vec<Vec<u32>>>,
+    /// Faure's, a base each.
+    digits: Vec<Vec<u32>>,
 }
 
 impl Sequence {
     /// A sequence of `count` points. Every seed but 0 shifts all points, modulo 1.
     pub fn new(kind: Kind, count: u32, seed: u32) -> Self {
-        Self { kind, seed, count: count.max(1), permutations: Default::default() }
+        let digits = PRIMES.map(faure).into();
+        Self { kind, seed, count: count.max(1), permutations: Default::default(), digits }
+    }
+
+    /// The same sequence, of another number of points.
+    pub fn of(self, count: u32) -> Self {
+        Self::new(self.kind, count, self.seed)
     }
 
     /// Coordinate `dimension` of point i, in [0, 1), where `users` points use this dimension.
@@ -59,7 +95,7 @@ impl Sequence {
             Kind::Random => return random,
             Kind::Rooks => return (f64::from(self.permuted(i, dimension)) + random) / f64::from(self.count),
             Kind::Halton => halton(dimension).map(|x| x + shift + 0.5 / f64::from(users.max(1))),
-            Kind::Jittered => halton(dimension).map(|x| x + shift + jitter),
+            Kind::Jittered => self.digits.get(dimension).map(|digits| scrambled(digits, i) + shift + jitter),
             Kind::JitteredHammersley if dimension == 0 => Some(f64::from(i) / f64::from(self.count) + shift + jitter),
             Kind::JitteredHammersley => halton(dimension - 1).map(|x| x + shift + jitter),
         };
@@ -107,6 +143,27 @@ mod test {
         close(base(3), &[1., 2., 1. / 3., 4. / 3., 7. / 3., 2. / 3., 5. / 3., 8. / 3.].map(|x| x / 3.0));
         close(base(5), &[0.2, 0.4, 0.6, 0.8, 0.04, 0.24, 0.44, 0.64]);
         assert_eq!(radical_inverse(2, 0), 0.0);
+    }
+
+    /// [Faure92]: the permutations of small bases; all of them are some, and keep 0.
+    #[test]
+    fn digits() {
+        let published: [&[u32]; 6] =
+            [&[0, 1], &[0, 1, 2], &[0, 2, 1, 3], &[0, 3, 2, 1, 4], &[0, 2, 4, 1, 3, 5], &[0, 2, 5, 3, 1, 4, 6]];
+        for (base, expected) in (2..).zip(published) {
+            assert_eq!(faure(base), expected);
+        }
+        for base in PRIMES {
+            let mut sorted = faure(base);
+            assert_eq!(sorted[0], 0);
+            sorted.sort_unstable();
+            assert!(sorted.into_iter().eq(0..base));
+        }
+        assert!((scrambled(&faure(5), 1) - 0.6).abs() < 1e-15);
+        // Halton's first points in bases 17 and 19 lie on a line.
+        let apart = |x: &dyn Fn(u32) -> (f64, f64)| (1..17).filter(|&i| { let (a, b) = x(i); (a - b).abs() > 0.15 }).count();
+        assert_eq!(apart(&|i| (radical_inverse(17, i), radical_inverse(19, i))), 0);
+        assert!(apart(&|i| (scrambled(&faure(17), i), scrambled(&faure(19), i))) > 2);
     }
 
     /// The star discrepancy of 2D points, from all boxes with corners at the points' coordinates.

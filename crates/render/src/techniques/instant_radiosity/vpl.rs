@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3, Vec4};
 use tyndall_scene::description::Light;
 
 use crate::math::brdf::Brdf;
+use crate::resident;
 
 /// How a virtual light shines.
 pub const COSINE: u32 = 0;
@@ -110,6 +111,16 @@ impl Vpl {
     /// Whether it is a light of the scene that has one place or direction.
     pub fn is_lamp(&self) -> bool {
         self.kind == LAMP || (self.kind == PARALLEL && self.path == LAMPS)
+    }
+
+    /// As a light of the scene, with 1/(r² + this square of a radius [m²]) in place of 1/r²; a lobe as if it were diffuse.
+    pub fn softened(&self, squared_radius: f32) -> resident::Light {
+        if self.kind == PARALLEL {
+            return resident::Light::directional(-self.normal, self.power);
+        }
+        let area = std::f32::consts::PI * squared_radius.max(1e-12);
+        let intensity = if self.kind == LOBE { self.power * self.base / std::f32::consts::PI } else { self.power };
+        resident::Light::area(self.position, self.normal, area, intensity / area)
     }
 
     const fn none(kind: u32) -> Self {

@@ -167,7 +167,7 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
 
 /// As [`record`], with rays integrated no further than `reach` (`march.wesl`).
 pub(crate) async fn record_up_to(
-    Recording { graph, resident, settings, film, world, behind, .. }: Recording<'_, '_>,
+    Recording { graph, resident, settings, film, world, behind, virtual_lights, .. }: Recording<'_, '_>,
     reach: Vec2,
 ) -> Result<(), RenderError> {
     without_meshes(world, TECHNIQUE.name)?;
@@ -179,8 +179,12 @@ pub(crate) async fn record_up_to(
     // Those that shade surfaces come first.
     lights.sort_by_key(|light| light.local);
     let suns = lights.iter().filter(|light| light.local == 0).count() as u32;
-    lights.extend(emitters::lights(&world.surfaces, settings.number("area_points") as u32));
-    lights.extend(environment::lights(resident, settings.number("environment_directions") as u32));
+    if let Some(found) = virtual_lights.take() {
+        lights.extend(found);
+    } else {
+        lights.extend(emitters::lights(&world.surfaces, settings.number("area_points") as u32));
+        lights.extend(environment::lights(resident, settings.number("environment_directions") as u32));
+    }
     let options = Options { resolution: settings.number("shadow_resolution") as u32, cascades: CASCADES, radius: 0.5 };
     let casts = if scattering { Shadows::plan(gpu, resident, &mut lights, &options)? } else { Vec::new() };
     let stride = Stride {
