@@ -210,7 +210,11 @@ fn collect(queries: &[wgpu_profiler::GpuTimerQueryResult], times: &mut Vec<(Stri
 }
 
 /// A texture to render a film of this size into.
-pub(crate) async fn film_texture(gpu: &Gpu, [width, height]: [u32; 2], label: &str) -> Result<wgpu::Texture, RenderError> {
+pub(crate) async fn film_texture(
+    gpu: &Gpu,
+    [width, height]: [u32; 2],
+    label: &str,
+) -> Result<wgpu::Texture, RenderError> {
     gpu.texture(&wgpu::TextureDescriptor {
         label: Some(label),
         size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },

@@ -37,7 +37,8 @@ impl Page {
     pub fn picture(&mut self, name: &str, caption: &str, image: &Image) -> Result<(), Failure> {
         let file = format!("{name}.png");
         let caption = escaped(caption);
-        self.body += &format!("<figure><img src=\"{file}\" alt=\"{caption}\"><figcaption>{caption}</figcaption></figure>\n");
+        self.body +=
+            &format!("<figure><img src=\"{file}\" alt=\"{caption}\"><figcaption>{caption}</figcaption></figure>\n");
         self.pictures.push((file, png::encode(&tonemap::display(image, 0.0))?));
         Ok(())
     }

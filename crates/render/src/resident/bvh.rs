@@ -75,7 +75,8 @@ impl Bvh {
     pub fn new(triangles: &[[Vec3; 3]]) -> Self {
         let finite = |i: &u32| triangles[*i as usize].iter().all(|corner| corner.is_finite());
         let indices: Vec<u32> = (0..triangles.len() as u32).filter(finite).collect();
-        let boxes: Vec<Aabb> = indices.iter().map(|&i| Aabb::from_points(&triangles[i as usize].map(Vec3A::from))).collect();
+        let boxes: Vec<Aabb> =
+            indices.iter().map(|&i| Aabb::from_points(&triangles[i as usize].map(Vec3A::from))).collect();
         let order: Vec<u32> = (0..boxes.len() as u32).collect();
         // The builder that takes triangles reads a clock, which browsers do not have.
         let mut tree = PlocBuilder::with_capacity(boxes.len()).build(

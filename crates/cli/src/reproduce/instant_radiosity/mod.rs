@@ -157,7 +157,10 @@ fn points(bench: &Bench, page: &mut Page) -> Result<(), Failure> {
 
 /// How many images there are: M against N and the mean reflectivity.
 fn images(page: &mut Page) -> Result<(), Failure> {
-    page.section("Images", "M, the sum of the survivors of all reflections, against N and the mean reflectivity r: less than N/(1 - r).");
+    page.section(
+        "Images",
+        "M, the sum of the survivors of all reflections, against N and the mean reflectivity r: less than N/(1 - r).",
+    );
     let counts = [1u32, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
     let (mut lines, mut rows) = (Vec::new(), Vec::new());
     for reflectivity in [0.2, 0.5, 0.7, 0.9] {

@@ -27,7 +27,6 @@ fn surfaces() -> Vec<Surface> {
         tangents: vec![Vec4::new(1.0, 0.0, 0.0, 1.0); 3],
         colors: Vec::new(),
         triangles: vec![[0, 1, 2]],
-        ..TriangleMesh::default()
     });
     let full = Material {
         bsdf: Bsdf::MetallicRoughness {

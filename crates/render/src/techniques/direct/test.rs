@@ -59,7 +59,10 @@ fn lights_without_a_size_agree_with_the_reference() {
 #[test]
 fn area_lights_and_skies_agree_with_the_reference() {
     for (light, budget) in [
-        ("surfaces.lamp = { shape.quad = { corner = [0.5, 2, 0], edges = [[1, 0, 0], [0, 0, 1]] }, radiance = [3, 2, 1] }", 0.05),
+        (
+            "surfaces.lamp = { shape.quad = { corner = [0.5, 2, 0], edges = [[1, 0, 0], [0, 0, 1]] }, radiance = [3, 2, 1] }",
+            0.05,
+        ),
         ("surfaces.lamp = { shape.sphere = { center = [1.5, 1.6, 0.5], radius = 0.3 }, radiance = [9, 6, 3] }", 0.05),
         ("lights.sky.constant.radiance = [1, 2, 3]", 0.05),
     ] {

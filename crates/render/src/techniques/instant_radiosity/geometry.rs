@@ -132,9 +132,7 @@ impl Geometry {
                     alpha: f64::from(roughness * factors.y).powi(2).max(0.001),
                 }
             }
-            Bsdf::Mirror { reflectance } => {
-                Brdf { kind: 2, base: reflectance.as_dvec3(), metallic: 1.0, alpha: 0.0 }
-            }
+            Bsdf::Mirror { reflectance } => Brdf { kind: 2, base: reflectance.as_dvec3(), metallic: 1.0, alpha: 0.0 },
             Bsdf::Dielectric { .. } => Brdf { kind: 3, base: DVec3::ONE, metallic: 0.0, alpha: 0.0 },
         }
     }
@@ -202,11 +200,19 @@ impl Geometry {
                 }
             }
             if planes.len() > most {
-                tracing::warn!("surfaces.{}: light that it reflects onto others is left out, as it is not flat", surface.name);
+                tracing::warn!(
+                    "surfaces.{}: light that it reflects onto others is left out, as it is not flat",
+                    surface.name
+                );
                 continue;
             }
             let (surface, reflectance) = (number as u32, reflectance.as_dvec3());
-            found.extend(planes.into_iter().map(|(normal, distance)| Mirror { normal, distance, surface, reflectance }));
+            found.extend(planes.into_iter().map(|(normal, distance)| Mirror {
+                normal,
+                distance,
+                surface,
+                reflectance,
+            }));
         }
         found
     }

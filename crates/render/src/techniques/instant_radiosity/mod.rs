@@ -20,10 +20,10 @@ pub(crate) mod geometry;
 mod punctual;
 pub mod sequence;
 pub(crate) mod sources;
-pub(crate) mod vpl;
-pub mod walk;
 #[cfg(test)]
 mod test;
+pub(crate) mod vpl;
+pub mod walk;
 pub(crate) mod walkthrough;
 
 pub use punctual::punctual;

@@ -20,9 +20,10 @@ pub fn punctual(world: &World) -> Result<Vec<(String, Light)>, RenderError> {
     let given = world.scene.techniques.get(TECHNIQUE.name);
     let settings = Settings::new(TECHNIQUE.name, TECHNIQUE.parameters, given)?;
     let vpls = Walk::new(world, &settings)?.lights();
-    let lamps = world.lights.iter().filter(|(_, light)| {
-        matches!(light, Light::Directional { .. } | Light::Point { .. } | Light::Spot { .. })
-    });
+    let lamps = world
+        .lights
+        .iter()
+        .filter(|(_, light)| matches!(light, Light::Directional { .. } | Light::Point { .. } | Light::Spot { .. }));
     let mut lights: Vec<_> = lamps.map(|(name, light)| (name.clone(), light.clone())).collect();
     let own = vpls.iter().filter(|vpl| !vpl.is_lamp());
     lights.extend(own.filter_map(|vpl| Some((format!("vpl {}, bounce {}", vpl.path, vpl.bounce), light(vpl)?))));

@@ -3,8 +3,8 @@
 /// The bases of the dimensions: distinct primes. A walk uses two for the place on the light and two a reflection; beyond these
 /// the dimensions are random.
 const PRIMES: [u32; 40] = [
-    2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61, 67, 71, 73, 79, 83, 89, 97, 101, 103, 107, 109, 113,
-    127, 131, 137, 139, 149, 151, 157, 163, 167, 173,
+    2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61, 67, 71, 73, 79, 83, 89, 97, 101, 103, 107, 109,
+    113, 127, 131, 137, 139, 149, 151, 157, 163, 167, 173,
 ];
 
 /// Φ_b(i): the digits of i in base b, mirrored at the point. [Halton60], [Niederreiter92]
@@ -49,7 +49,7 @@ fn scrambled(permutation: &[u32], mut i: u32) -> f64 {
 /// Where points lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Halton's points with Faure's digits, each moved at random within 1/n, n being how many points use the dimension.
+    /// Halton's points, with Faure's digits from base 11 on, each moved at random within 1/n, n being how many points use the dimension.
     Jittered,
     /// Halton's points, all moved by 1/2n: the first of them would be a corner.
     Halton,
@@ -69,14 +69,15 @@ pub struct Sequence {
     count: u32,
     /// N-rooks: a permutation a dimension, made when it is first asked for.
     permutations: std::cell::RefCell<Vec<Vec<u32>>>,
-    /// Faure's, a base each.
+    /// Digits' permutations, a base each.
     digits: Vec<Vec<u32>>,
 }
 
 impl Sequence {
     /// A sequence of `count` points. Every seed but 0 shifts all points, modulo 1.
     pub fn new(kind: Kind, count: u32, seed: u32) -> Self {
-        let digits = PRIMES.map(faure).into();
+        // Small bases fill the square without it.
+        let digits = PRIMES.map(|base| if base < 11 { (0..base).collect() } else { faure(base) }).into();
         Self { kind, seed, count: count.max(1), permutations: Default::default(), digits }
     }
 
@@ -161,7 +162,14 @@ mod test {
         }
         assert!((scrambled(&faure(5), 1) - 0.6).abs() < 1e-15);
         // Halton's first points in bases 17 and 19 lie on a line.
-        let apart = |x: &dyn Fn(u32) -> (f64, f64)| (1..17).filter(|&i| { let (a, b) = x(i); (a - b).abs() > 0.15 }).count();
+        let apart = |x: &dyn Fn(u32) -> (f64, f64)| {
+            (1..17)
+                .filter(|&i| {
+                    let (a, b) = x(i);
+                    (a - b).abs() > 0.15
+                })
+                .count()
+        };
         assert_eq!(apart(&|i| (radical_inverse(17, i), radical_inverse(19, i))), 0);
         assert!(apart(&|i| (scrambled(&faure(17), i), scrambled(&faure(19), i))) > 2);
     }

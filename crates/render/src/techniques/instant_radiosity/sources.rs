@@ -120,18 +120,18 @@ impl Sources {
                 let (sin, cos) = (TAU * u[1]).sin_cos();
                 let ring = (1.0 - z * z).max(0.0).sqrt();
                 let towards = DVec3::new(ring * cos, z, ring * sin);
-                self.from_afar(towards, *radiance * (4.0 * PI / probability), v)
+                self.parallel(towards, *radiance * (4.0 * PI / probability), v)
             }
             Source::Sky(sky) => {
                 let (towards, irradiance) = sky.sample(place)?;
-                self.from_afar(towards, irradiance / probability, v)
+                self.parallel(towards, irradiance / probability, v)
             }
         };
         Some(start)
     }
 
     /// Parallel light of an irradiance from a direction, through the disc across it around the scene.
-    fn from_afar(&self, towards: DVec3, irradiance: DVec3, v: [f64; 2]) -> Start {
+    fn parallel(&self, towards: DVec3, irradiance: DVec3, v: [f64; 2]) -> Start {
         let vpl = Vpl::directional(towards, irradiance);
         let (x, y) = towards.any_orthonormal_pair();
         let disc = disc(v) * self.radius;
@@ -152,7 +152,7 @@ impl Sources {
             }
             Light::Directional { direction, irradiance } => {
                 let towards = -direction.as_dvec3().normalize();
-                Start { vpl: None, ..self.from_afar(towards, irradiance.as_dvec3() / probability, v) }
+                Start { vpl: None, ..self.parallel(towards, irradiance.as_dvec3() / probability, v) }
             }
             Light::Point { position, intensity } => {
                 let direction = around(DVec3::Y, 1.0 - 2.0 * v[0], v[1]);
@@ -178,7 +178,12 @@ fn emitted(emitter: &Emitter, place: [f64; 2], v: [f64; 2], probability: f64, ge
     let intensity = geometry.emission(&point) * (emitter.area * sides / probability);
     let direction = around(normal, (1.0 - v[0]).sqrt(), v[1]);
     let position = point.position;
-    Some(Start { vpl: Some(Vpl::cosine(position, normal, intensity)), origin: position, direction, flux: intensity * PI })
+    Some(Start {
+        vpl: Some(Vpl::cosine(position, normal, intensity)),
+        origin: position,
+        direction,
+        flux: intensity * PI,
+    })
 }
 
 impl Sky {
@@ -227,7 +232,13 @@ fn shares(powers: &[f64]) -> Vec<f64> {
         return Vec::new();
     }
     let mut sum = 0.0;
-    powers.iter().map(|power| { sum += power / total; sum }).collect()
+    powers
+        .iter()
+        .map(|power| {
+            sum += power / total;
+            sum
+        })
+        .collect()
 }
 
 /// Which share a number in [0, 1) falls into, and where in it, from 0 to 1: composition.

@@ -14,7 +14,9 @@ use crate::test::{gpu, picture, tolerance, world};
 /// A cube of quads that face inwards, of reflectance and radiance, seen from within.
 fn furnace(reflectance: f32, radiance: f32, settings: &str) -> World {
     let quad = |name: &str, corner: [f32; 3], u: [f32; 3], v: [f32; 3]| {
-        format!("[surfaces.{name}]\nshape.quad = {{ corner = {corner:?}, edges = [{u:?}, {v:?}] }}\nmaterial = \"m\"\nradiance = {radiance}\n")
+        format!(
+            "[surfaces.{name}]\nshape.quad = {{ corner = {corner:?}, edges = [{u:?}, {v:?}] }}\nmaterial = \"m\"\nradiance = {radiance}\n"
+        )
     };
     let (x, y, z) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
     world(&format!(
@@ -154,18 +156,22 @@ fn first_points_are_even() {
 }
 
 /// Holds a picture's relative bias (the RMSE but for the reference's noise) against what is tolerated.
-fn assert_near(gpu: &crate::Gpu, name: &str, world: &World, depth: Option<u32>, samples: u32) {
+fn assert_near(gpu: &crate::Gpu, name: &str, world: &World, depth: Option<u32>, samples: u32, tolerated: f64) {
     let [image, truth] = [picture(gpu, world), reference(world, depth, samples)].map(Picture::Linear);
     let linear = metrics::compare(&image, &truth, &Default::default()).unwrap().linear.unwrap();
     let bias = linear.relative_bias.unwrap();
-    println!("{name}: relative RMSE {:.2} %, without the reference's noise {:.2} %", 100.0 * linear.relative_rmse, 100.0 * bias);
-    assert!(bias <= tolerance::RADIOSITY, "{name}: {bias}");
+    println!(
+        "{name}: relative RMSE {:.2} %, without the reference's noise {:.2} %",
+        100.0 * linear.relative_rmse,
+        100.0 * bias
+    );
+    assert!(bias <= tolerated, "{name}: {bias}");
 }
 
 #[test]
 fn the_cornell_box_agrees_with_the_reference() {
     let Some(gpu) = gpu() else { return };
-    assert_near(&gpu, "Cornell box", &cornell(32, "paths = 256\nsamples = 64", ""), None, 1024);
+    assert_near(&gpu, "Cornell box", &cornell(32, "paths = 256\nsamples = 64", ""), None, 1024, tolerance::RADIOSITY);
 }
 
 /// The tall block is a mirror, seen and lighting what is before it.
@@ -174,8 +180,9 @@ fn the_cornell_box_with_a_mirror_agrees_with_the_reference() {
     let Some(gpu) = gpu() else { return };
     let mut world = cornell(32, "paths = 256\nsamples = 64", "");
     let tall = world.surfaces.iter_mut().find(|surface| surface.name == "tall").unwrap();
-    tall.material = std::sync::Arc::new(Material { bsdf: Bsdf::Mirror { reflectance: Vec3::ONE }, ..Material::default() });
-    assert_near(&gpu, "Cornell box with a mirror", &world, None, 1024);
+    tall.material =
+        std::sync::Arc::new(Material { bsdf: Bsdf::Mirror { reflectance: Vec3::ONE }, ..Material::default() });
+    assert_near(&gpu, "Cornell box with a mirror", &world, None, 1024, tolerance::RADIOSITY);
 }
 
 /// Lamps of every kind, one after the other, in an open room, and the first light that it reflects.
@@ -184,7 +191,10 @@ fn every_light_agrees_with_the_reference() {
     let Some(gpu) = gpu() else { return };
     let lights = [
         ("point", "point = { position = [0.6, 0.55, 0.6], intensity = [0.5, 0.6, 0.7] }"),
-        ("spot", "spot = { position = [0.5, 0.9, 0.9], direction = [-0.2, -1, -0.4], intensity = 3, inner_angle = 20, outer_angle = 35 }"),
+        (
+            "spot",
+            "spot = { position = [0.5, 0.9, 0.9], direction = [-0.2, -1, -0.4], intensity = 3, inner_angle = 20, outer_angle = 35 }",
+        ),
         ("directional", "directional = { direction = [-0.2, -0.5, -1], irradiance = [2, 3, 4] }"),
         ("constant", "constant.radiance = [0.3, 0.5, 0.9]"),
     ];
@@ -192,7 +202,11 @@ fn every_light_agrees_with_the_reference() {
         let settings = "paths = 2048\nsamples = 64\nbounces = 1";
         let mut world = cornell(32, settings, &format!("[lights]\nl.{light}"));
         world.surfaces.retain(|surface| surface.name != "lamp" && surface.name != "short");
-        assert_near(&gpu, name, &world, Some(2), 512);
+        if name == "constant" {
+            // Into a room few of the sky's lights shine.
+            world.surfaces.retain(|surface| !matches!(surface.name.as_str(), "ceiling" | "left" | "right"));
+        }
+        assert_near(&gpu, name, &world, Some(2), 512, tolerance::RADIOSITY);
     }
 }
 
@@ -202,7 +216,7 @@ fn a_room_lit_indirectly_agrees_with_the_reference() {
     let Some(gpu) = gpu() else { return };
     let scene = include_str!("../../../../../scenes/indirect.toml").replace("[512, 512]", "[32, 32]");
     let world = world(&format!("{scene}\n[techniques.instant_radiosity]\npaths = 256\nsamples = 64"));
-    assert_near(&gpu, "indirect", &world, None, 2048);
+    assert_near(&gpu, "indirect", &world, None, 2048, tolerance::RADIOSITY_INDIRECT);
 }
 
 /// Rough metal and a glossy dielectric.
@@ -221,7 +235,7 @@ fn glossy_surfaces_agree_with_the_reference() {
         };
         surface.material = std::sync::Arc::new(Material { bsdf, ..Material::default() });
     }
-    assert_near(&gpu, "glossy", &world, None, 1024);
+    assert_near(&gpu, "glossy", &world, None, 1024, tolerance::RADIOSITY);
 }
 
 /// The error falls faster than random points': the slope of the RMS error against N, by least squares in logarithms over means
@@ -230,7 +244,9 @@ fn glossy_surfaces_agree_with_the_reference() {
 fn the_error_falls_faster_than_by_chance() {
     let Some(gpu) = gpu() else { return };
     let of = |sequence: &str, paths: u32, seed: u32| {
-        let settings = format!("paths = {paths}\nseed = {seed}\nsequence = \"{sequence}\"\nsamples = 1\nclamp = 0.1\ncompensation = \"off\"\nbounces = 1");
+        let settings = format!(
+            "paths = {paths}\nseed = {seed}\nsequence = \"{sequence}\"\nsamples = 1\nclamp = 0.1\ncompensation = \"off\"\nbounces = 1"
+        );
         let mut world = cornell(12, &settings, "");
         world.surfaces.retain(|surface| surface.name != "short");
         picture(&gpu, &world)
@@ -247,9 +263,9 @@ fn the_error_falls_faster_than_by_chance() {
         };
         let points: Vec<_> = counts.map(|n| (f64::from(n).ln(), log(n))).into();
         let mean = points.iter().fold((0.0, 0.0), |m, p| (m.0 + p.0 / 4.0, m.1 + p.1 / 4.0));
-        let (xy, xx) = points.iter().fold((0.0, 0.0), |s, p| {
-            (s.0 + (p.0 - mean.0) * (p.1 - mean.1), s.1 + (p.0 - mean.0).powi(2))
-        });
+        let (xy, xx) = points
+            .iter()
+            .fold((0.0, 0.0), |s, p| (s.0 + (p.0 - mean.0) * (p.1 - mean.1), s.1 + (p.0 - mean.0).powi(2)));
         let slope = xy / xx;
         let residual: f64 = points.iter().map(|p| (p.1 - mean.1 - slope * (p.0 - mean.0)).powi(2)).sum();
         (slope, (residual / 2.0 / xx).sqrt())
@@ -295,7 +311,8 @@ fn a_walkthrough_does_not_flicker() {
     for frame in 0..120 {
         let t = frame as f32 / 120.0;
         world.scene.camera.position.x = 0.5 + 0.1 * t;
-        world.surfaces[short].world_from_object = glam::Mat4::from_translation(Vec3::new(-0.1 * t, 0.1 * t, 0.0)) * place;
+        world.surfaces[short].world_from_object =
+            glam::Mat4::from_translation(Vec3::new(-0.1 * t, 0.1 * t, 0.0)) * place;
         walkthrough.set_camera(&world.scene.camera);
         walkthrough.set_transform("short", world.surfaces[short].world_from_object).unwrap();
         walkthrough.render();

@@ -64,7 +64,12 @@ pub struct Vpls {
 impl Vpl {
     /// Light that leaves a point with the cosine.
     pub fn cosine(position: DVec3, normal: DVec3, intensity: DVec3) -> Self {
-        Self { position: position.as_vec3(), normal: normal.as_vec3(), power: intensity.as_vec3(), ..Self::none(COSINE) }
+        Self {
+            position: position.as_vec3(),
+            normal: normal.as_vec3(),
+            power: intensity.as_vec3(),
+            ..Self::none(COSINE)
+        }
     }
 
     /// Parallel light from a direction.

@@ -157,8 +157,7 @@ fn reflect(direction: DVec3, normal: DVec3) -> DVec3 {
 fn through(bsdf: &Bsdf, point: &Point, direction: DVec3, u: f64) -> DVec3 {
     let Bsdf::Dielectric { ior } = bsdf else { return direction };
     let entering = direction.dot(point.normal) < 0.0;
-    let (normal, eta) =
-        if entering { (point.normal, 1.0 / f64::from(*ior)) } else { (-point.normal, f64::from(*ior)) };
+    let (normal, eta) = if entering { (point.normal, 1.0 / f64::from(*ior)) } else { (-point.normal, f64::from(*ior)) };
     let cos = -direction.dot(normal);
     let sin2 = eta * eta * (1.0 - cos * cos);
     if sin2 >= 1.0 {

@@ -89,8 +89,10 @@ impl<'a> Walkthrough<'a> {
         let storage = wgpu::BufferUsages::STORAGE;
         let paths = walk.counts[0];
         let images = (0..paths).map(|_| buffer("image", 8 * width * height, wgpu::BufferUsages::empty())).collect();
-        let [slot, sums] = [("slot", 8), ("sums", 16)].map(|(label, size)| buffer(label, size * width * height, storage));
-        let (film, image) = (film_texture(gpu, resident.film, "film").await?, film_texture(gpu, resident.film, "image").await?);
+        let [slot, sums] =
+            [("slot", 8), ("sums", 16)].map(|(label, size)| buffer(label, size * width * height, storage));
+        let (film, image) =
+            (film_texture(gpu, resident.film, "film").await?, film_texture(gpu, resident.film, "image").await?);
         let hierarchy = walk.geometry.bvh.textures(gpu).await?;
         let parameters = gpu.buffer("gather", &gather);
         let vpls = gpu.buffer("vpls", &Vpls { list: vec![Vpl::BLACK; capacity] });
@@ -114,8 +116,23 @@ impl<'a> Walkthrough<'a> {
             .map_err(|error| RenderError::Pass { pass: "profiler".into(), message: error.to_string() })?;
         let groups = walk::groups(paths, paths);
         Ok(Self {
-            world, walk, resident, graph, profiler, film, hierarchy, parameters, vpls, scale, slot, images, groups, gather,
-            capacity, at_once, frames: 0,
+            world,
+            walk,
+            resident,
+            graph,
+            profiler,
+            film,
+            hierarchy,
+            parameters,
+            vpls,
+            scale,
+            slot,
+            images,
+            groups,
+            gather,
+            capacity,
+            at_once,
+            frames: 0,
         })
     }
 
