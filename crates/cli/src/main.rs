@@ -13,6 +13,7 @@ mod render;
 mod reproduce;
 mod say;
 mod schema;
+mod vpls;
 
 use std::io::IsTerminal as _;
 use std::process::ExitCode;
@@ -55,6 +56,7 @@ enum Command {
     Reproduce(reproduce::Arguments),
     Info(info::Arguments),
     Schema(schema::Arguments),
+    Vpls(vpls::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -81,6 +83,7 @@ fn main() -> ExitCode {
         Command::Reproduce(arguments) => arguments.run(),
         Command::Info(arguments) => arguments.run(),
         Command::Schema(arguments) => arguments.run(),
+        Command::Vpls(arguments) => arguments.run(),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

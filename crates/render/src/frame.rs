@@ -1,6 +1,7 @@
 //! The order of a frame, readable as a recipe.
 
 use encase::ShaderSize;
+
 use tyndall_scene::World;
 use tyndall_scene::description::Camera;
 use tyndall_scene::parameter::Settings;
@@ -208,7 +209,12 @@ fn collect(queries: &[wgpu_profiler::GpuTimerQueryResult], times: &mut Vec<(Stri
     }
 }
 
-async fn film_texture(gpu: &Gpu, [width, height]: [u32; 2], label: &str) -> Result<wgpu::Texture, RenderError> {
+/// A texture to render a film of this size into.
+pub(crate) async fn film_texture(
+    gpu: &Gpu,
+    [width, height]: [u32; 2],
+    label: &str,
+) -> Result<wgpu::Texture, RenderError> {
     gpu.texture(&wgpu::TextureDescriptor {
         label: Some(label),
         size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },

@@ -2,23 +2,30 @@
 
 mod curves;
 mod fourier_opacity;
+mod instant_radiosity;
 mod page;
 
 use std::path::PathBuf;
 
 use crate::failure::Failure;
+use crate::render::RenderingArguments;
 use crate::say;
 use page::Page;
 
 /// Make a paper's figures and tables anew, as pictures, plots and numbers on an HTML page with JSON beside it
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  tyndall reproduce fourier-opacity --out fourier")]
+#[command(after_help = "\
+Examples:
+  tyndall reproduce fourier-opacity --out fourier
+  tyndall reproduce instant-radiosity --out radiosity")]
 pub struct Arguments {
     /// Which paper
     paper: Paper,
     /// The folder for index.html and results.json; it is made if it is not there
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    #[command(flatten)]
+    rendering: RenderingArguments,
 }
 
 /// The papers whose experiments are known.
@@ -26,6 +33,8 @@ pub struct Arguments {
 enum Paper {
     /// Jansen and Bavoil, Fourier Opacity Mapping, 2010
     FourierOpacity,
+    /// Keller, Instant Radiosity, 1997
+    InstantRadiosity,
 }
 
 impl Arguments {
@@ -33,6 +42,7 @@ impl Arguments {
     pub fn run(&self) -> Result<(), Failure> {
         let page: Page = match self.paper {
             Paper::FourierOpacity => fourier_opacity::page()?,
+            Paper::InstantRadiosity => instant_radiosity::page(&self.rendering)?,
         };
         let index = page.write(&self.out)?;
         say::result(&format!("page     {}\n", index.display()))

@@ -33,10 +33,12 @@ impl Page {
         self.body += &format!("<figure>{svg}</figure>\n");
     }
 
-    /// Appends a picture, which becomes a file of this name beside the page.
-    pub fn picture(&mut self, name: &str, picture: &DisplayImage) -> Result<(), Failure> {
-        self.files.push((name.into(), png::encode(picture)?));
-        self.body += &format!("<figure><img src=\"{name}\" alt=\"{name}\"></figure>\n");
+    /// Appends a picture, which becomes a PNG beside the page.
+    pub fn picture(&mut self, name: &str, caption: &str, picture: &DisplayImage) -> Result<(), Failure> {
+        let (file, caption) = (format!("{name}.png"), escaped(caption));
+        self.body +=
+            &format!("<figure><img src=\"{file}\" alt=\"{caption}\"><figcaption>{caption}</figcaption></figure>\n");
+        self.files.push((file, png::encode(picture)?));
         Ok(())
     }
 
@@ -75,10 +77,10 @@ impl Page {
         );
         let results = json!({ "title": self.title, "version": env!("CARGO_PKG_VERSION"), "results": self.results });
         let index = folder.join("index.html");
-        write_atomically(&index, html.as_bytes())?;
         for (name, bytes) in &self.files {
             write_atomically(&folder.join(name), bytes)?;
         }
+        write_atomically(&index, html.as_bytes())?;
         write_atomically(&folder.join("results.json"), format!("{results:#}\n").as_bytes())?;
         Ok(index)
     }

@@ -74,8 +74,9 @@ impl Shader {
         let invalid = |message: String| BindingError::Shader { shader: self.name, message };
         let module = naga::front::wgsl::parse_str(&self.source)
             .map_err(|error| invalid(error.emit_to_string_with_path(&self.source, self.name)))?;
-        let mut validator =
-            naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::default());
+        // Every WebGPU device packs half floats.
+        let capabilities = naga::valid::Capabilities::default() | naga::valid::Capabilities::SHADER_FLOAT16_IN_FLOAT32;
+        let mut validator = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities);
         let info = validator.validate(&module).map_err(|error| invalid(error.emit_to_string(&self.source)))?;
         let mut bindings = Vec::new();
         for (handle, variable) in module.global_variables.iter() {

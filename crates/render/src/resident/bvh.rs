@@ -6,7 +6,7 @@
 #[cfg(test)]
 mod test;
 
-use glam::{Mat3, Vec3, Vec3A};
+use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::leaf_collapser::collapse;
@@ -66,16 +66,8 @@ pub struct Hit {
 
 /// The corners of all triangles of surfaces in the world [m], counter-clockwise as seen from the front.
 pub fn triangles(surfaces: &[Surface]) -> Vec<[Vec3; 3]> {
-    let mut all = Vec::new();
-    for Surface { mesh, world_from_object, .. } in surfaces {
-        // What mirrors turns triangles over, but not what is front.
-        let mirrored = Mat3::from_mat4(*world_from_object).determinant() < 0.0;
-        all.extend(mesh.triangles.iter().map(|&[a, b, c]| {
-            let order = if mirrored { [a, c, b] } else { [a, b, c] };
-            order.map(|i| world_from_object.transform_point3(mesh.positions[i as usize]))
-        }));
-    }
-    all
+    let (vertices, triangles) = super::surfaces::triangles(surfaces);
+    triangles.iter().map(|t| [t.x, t.y, t.z].map(|i| vertices[i as usize].position)).collect()
 }
 
 impl Bvh {
@@ -83,7 +75,8 @@ impl Bvh {
     pub fn new(triangles: &[[Vec3; 3]]) -> Self {
         let finite = |i: &u32| triangles[*i as usize].iter().all(|corner| corner.is_finite());
         let indices: Vec<u32> = (0..triangles.len() as u32).filter(finite).collect();
-        let boxes: Vec<Aabb> = indices.iter().map(|&i| Aabb::from_points(&triangles[i as usize].map(Vec3A::from))).collect();
+        let boxes: Vec<Aabb> =
+            indices.iter().map(|&i| Aabb::from_points(&triangles[i as usize].map(Vec3A::from))).collect();
         let order: Vec<u32> = (0..boxes.len() as u32).collect();
         // The builder that takes triangles reads a clock, which browsers do not have.
         let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
@@ -179,11 +172,11 @@ impl Bvh {
         self.walk(origin, direction, limit, |_| false).is_some()
     }
 
-    /// How many nodes a ray visits on its way to the nearest triangle.
-    pub(crate) fn visits(&self, origin: Vec3, direction: Vec3, limit: f32) -> u32 {
-        let mut visits = 0;
-        self.walk_counted(origin, direction, limit, |_| true, &mut visits);
-        visits
+    /// How many nodes and triangles a ray meets on its way to the nearest triangle.
+    pub(crate) fn effort(&self, origin: Vec3, direction: Vec3, limit: f32) -> u32 {
+        let mut effort = 0;
+        self.walk_counted(origin, direction, limit, |_| true, &mut effort);
+        effort
     }
 
     fn walk(&self, origin: Vec3, direction: Vec3, limit: f32, go_on: impl FnMut(&Hit) -> bool) -> Option<Hit> {
@@ -196,13 +189,13 @@ impl Bvh {
         direction: Vec3,
         limit: f32,
         mut go_on: impl FnMut(&Hit) -> bool,
-        visits: &mut u32,
+        effort: &mut u32,
     ) -> Option<Hit> {
         let inverse = 1.0 / away_from_zero(direction);
         let (mut nearest, mut found) = (limit, None);
         let mut number = 0;
         while let Some(node) = self.nodes.get(number as usize) {
-            *visits += 1;
+            *effort += 1;
             let (a, b) = ((node.low - origin) * inverse, (node.high - origin) * inverse);
             let enter = a.min(b).max_element().max(0.0);
             let leave = a.max(b).min_element() * LENIENT;
@@ -210,6 +203,7 @@ impl Bvh {
                 number = node.skip;
                 continue;
             }
+            *effort += node.count;
             for corners in &self.corners[node.first as usize..(node.first + node.count) as usize] {
                 let Some(hit) = corners.meet(origin, direction).filter(|hit| hit.distance < nearest) else { continue };
                 (nearest, found) = (hit.distance, Some(hit));

@@ -2,6 +2,7 @@
 
 mod atlas;
 mod bricks;
+pub mod bvh;
 pub(crate) mod environment;
 pub mod expression;
 mod light;
@@ -66,6 +67,9 @@ pub struct Resident {
     pub transmittance: Transmittance,
     /// Lights but the environment, the directional ones first, for techniques to extend and upload.
     pub lights: Vec<Light>,
+    /// Virtual lights that a technique of surfaces has found, for those of media: they stand for all light of surfaces and the
+    /// environment, and for what of the lamps' light surfaces reflect.
+    pub virtual_lights: Option<Vec<Light>>,
     /// Radiance of the constant environment [W·sr⁻¹·m⁻²].
     pub environment: glam::Vec3,
     /// The environment map, if there is one.
@@ -122,6 +126,7 @@ impl Resident {
             bounds: bounds(&surfaces, world),
             surfaces,
             lights,
+            virtual_lights: None,
             environment,
             sky: sky::texture(gpu, world.environment.as_deref()).await?,
             map: world.environment.clone(),

@@ -2,6 +2,7 @@
 
 pub mod cells;
 pub mod direct;
+pub mod instant_radiosity;
 pub mod march;
 pub mod project;
 pub mod slicing;

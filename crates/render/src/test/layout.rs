@@ -76,6 +76,12 @@ fn shared_structs_have_one_layout() {
     assert_eq!(rust_layout::<techniques::cells::Tetrahedron, _>(), shader_layout(cells, "Tetrahedron"));
     assert_eq!(rust_layout::<techniques::cells::Node, _>(), shader_layout(cells, "Node"));
     assert_eq!(techniques::cells::PATH_BYTES, shader_layout(cells, "Path").1);
+    let gather = "techniques/instant_radiosity/gather";
+    assert_eq!(rust_layout::<techniques::instant_radiosity::vpl::Vpl, _>(), shader_layout(gather, "Vpl"));
+    assert_eq!(techniques::instant_radiosity::VPL_BYTES, shader_layout(gather, "Vpl").1);
+    assert_eq!(rust_layout::<techniques::instant_radiosity::Batch, _>(), shader_layout(gather, "Batch"));
+    let ring = "techniques/instant_radiosity/ring";
+    assert_eq!(rust_layout::<techniques::instant_radiosity::walkthrough::Ring, _>(), shader_layout(ring, "Ring"));
     assert_eq!(rust_layout::<display::Parameters, _>(), shader_layout("display/display", "Display"));
 }
 

@@ -86,7 +86,7 @@ fn coefficient_maps(page: &mut Page, world: &World) -> Result<(), Failure> {
         (0.5 + 0.5 * sums[((SIDE - 1 - y) * SIDE + z) as usize][k] / scales[k]) as f32
     };
     let pixels = (0..SIDE * SIDE * count).map(|i| [shade(i % (SIDE * count), i / (SIDE * count)); 3]).collect();
-    page.picture("coefficients.png", &DisplayImage { width: SIDE * count, height: SIDE, pixels })
+    page.picture("coefficients", "the coefficients", &DisplayImage { width: SIDE * count, height: SIDE, pixels })
 }
 
 /// Figure 4, along a ray.

@@ -142,6 +142,17 @@ impl Surfaces {
     }
 }
 
+impl Surfaces {
+    /// Takes the same surfaces with other transforms.
+    pub(crate) fn moved(&mut self, gpu: &Gpu, surfaces: &[Surface]) {
+        let (list, _) = triangles(surfaces);
+        self.bounds = list.iter().map(|v| [v.position; 2]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+        let mut bytes = encase::StorageBuffer::new(Vec::new());
+        bytes.write(&Vertices { list }).expect("a Vec grows as it must");
+        gpu.queue.write_buffer(&self.vertices, 0, &bytes.into_inner());
+    }
+}
+
 /// Every surface's vertices and triangles in the world.
 pub(crate) fn triangles(surfaces: &[Surface]) -> (Vec<Vertex>, Vec<UVec4>) {
     let (mut vertices, mut triangles) = (Vec::new(), Vec::new());

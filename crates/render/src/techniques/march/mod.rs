@@ -175,8 +175,12 @@ pub(crate) async fn record_up_to(
     let mut lights = resident.lights.clone();
     // Those that shade surfaces come first.
     let suns = lights.iter().filter(|light| light.local == 0).count() as u32;
-    lights.extend(environment::lights(resident, settings.number("environment_directions") as u32));
-    lights.extend(emitters::lights(&world.surfaces, settings.number("area_points") as u32));
+    if let Some(found) = &resident.virtual_lights {
+        lights.extend_from_slice(found);
+    } else {
+        lights.extend(environment::lights(resident, settings.number("environment_directions") as u32));
+        lights.extend(emitters::lights(&world.surfaces, settings.number("area_points") as u32));
+    }
     let options = Options::of_media(settings);
     let casts = if scattering { Shadows::plan(gpu, resident, &mut lights, &options)? } else { Vec::new() };
     let stride = Stride {

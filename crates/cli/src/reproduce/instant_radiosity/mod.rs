@@ -1,0 +1,179 @@
+//! Keller, Instant Radiosity, 1997: the sequence of pictures, the error by kind of points, how many images, and their time.
+
+mod plot;
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use serde_json::{Value, json};
+use tyndall::Gpu;
+use tyndall::techniques::instant_radiosity::{self, walk};
+use tyndall_scene::assets::Embedded;
+use tyndall_scene::image::{Image, Picture, tonemap};
+use tyndall_scene::parameter;
+use tyndall_scene::{Document, World, metrics};
+
+use super::page::Page;
+use crate::failure::Failure;
+use crate::input::memory_budget;
+use crate::interrupt::Interrupt;
+use crate::render::RenderingArguments;
+use crate::say;
+use plot::{Line, slope, svg};
+
+const SCENE: &str = include_str!("../../../../../scenes/cornell.toml");
+
+/// Runs all experiments.
+pub fn page(rendering: &RenderingArguments) -> Result<Page, Failure> {
+    let interrupt = Interrupt::watch();
+    let gpu = rendering.open()?;
+    let bench = Bench { gpu, interrupt };
+    let mut page = Page::new("Instant radiosity");
+    sequence(&bench, &mut page)?;
+    points(&bench, &mut page)?;
+    images(&mut page)?;
+    Ok(page)
+}
+
+struct Bench {
+    gpu: Gpu,
+    interrupt: Interrupt,
+}
+
+impl Bench {
+    /// A picture of the Cornell box of so many pixels a side, and the seconds that it took.
+    fn render(&self, side: u32, settings: &[(&str, Value)]) -> Result<(Image, f64), Failure> {
+        let world = cornell(side, settings)?;
+        let begun = Instant::now();
+        let rendering = pollster::block_on(tyndall::render(&self.gpu, &world, &mut |_| {
+            if self.interrupt.pressed() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        }))?;
+        Ok((rendering.image, begun.elapsed().as_secs_f64()))
+    }
+}
+
+/// The Cornell box with settings of instant radiosity.
+fn cornell(side: u32, settings: &[(&str, Value)]) -> Result<World, Failure> {
+    let document = Document::new("cornell.toml (embedded)", SCENE);
+    let mut scene = document.parse()?;
+    scene.film.size = [side; 2];
+    let value = |value: &Value| match value {
+        Value::String(word) => parameter::Value::Choice(word.clone()),
+        other => parameter::Value::Number(other.as_f64().unwrap_or_default()),
+    };
+    let settings: BTreeMap<_, _> = settings.iter().map(|(name, of)| ((*name).to_owned(), value(of))).collect();
+    scene.techniques = BTreeMap::from([(instant_radiosity::TECHNIQUE.name.to_owned(), settings)]);
+    World::load(scene, &Embedded::default(), memory_budget()).map_err(|error| Failure::from(error.locate(&document)))
+}
+
+/// Pictures of more and more paths, against the reference; and the time that a virtual light takes.
+fn sequence(bench: &Bench, page: &mut Page) -> Result<(), Failure> {
+    const SIDE: u32 = 128;
+    say::note("the reference's picture");
+    let options = tyndall_reference::Options { samples: Some(256), ..Default::default() };
+    let truth = tyndall_reference::render(&cornell(SIDE, &[])?, &options, None, &mut |_| {
+        if bench.interrupt.pressed() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })?;
+    page.section(
+        "The sequence",
+        &format!(
+            "The Cornell box, {SIDE} x {SIDE}, with N = 1, 10, 64, 256 paths, and by the reference (256 samples a pixel). M is how many \
+             virtual lights that are. The error is the relative RMSE without the reference's noise. Rendered on {}.",
+            bench.gpu.name()
+        ),
+    );
+    let (mut rows, mut times) = (Vec::new(), Vec::new());
+    for paths in [1u32, 10, 64, 256] {
+        say::note(&format!("{paths} paths"));
+        let settings = [("paths", json!(paths))];
+        let lights = instant_radiosity::count(&cornell(SIDE, &settings)?)?;
+        let (image, seconds) = bench.render(SIDE, &settings)?;
+        page.picture(&format!("cornell-{paths}"), &format!("N = {paths}, M = {lights}"), &tonemap::display(&image, 0.0))?;
+        let [a, b] = [image, truth.clone()].map(Picture::Linear);
+        let linear = metrics::compare(&a, &b, &Default::default())?.linear;
+        let error = linear.and_then(|linear| linear.relative_bias).unwrap_or(f64::NAN);
+        let each = 1e3 * seconds / f64::from(lights);
+        rows.push(vec![json!(paths), json!(lights), json!(error), json!(seconds), json!(each)]);
+        times.push((f64::from(lights), seconds));
+    }
+    page.picture("cornell-reference", "the reference", &tonemap::display(&truth, 0.0))?;
+    page.table("sequence", &["N", "M", "relative error", "time [s]", "time per virtual light [ms]"], &rows);
+    let lines = [Line { name: "time".into(), points: times }];
+    page.plot(&svg("Time", "M, virtual lights", "time [s]", &lines)?);
+    Ok(())
+}
+
+/// Figure 6: the error against N, by kind of points, of direct light alone.
+fn points(bench: &Bench, page: &mut Page) -> Result<(), Failure> {
+    const SIDE: u32 = 48;
+    const SEEDS: u32 = 4;
+    let settings = |kind: &str, paths: u32, seed: u32| {
+        [
+            ("sequence", json!(kind)),
+            ("paths", json!(paths)),
+            ("samples", json!(1)),
+            ("seed", json!(seed)),
+            ("bounces", json!(0)),
+            ("clamp", json!(0)),
+        ]
+    };
+    page.section(
+        "Error by kind of points",
+        &format!(
+            "Soft shadows of the Cornell box, {SIDE} x {SIDE}, direct light alone, against 640 samples (jittered Hammersley of another \
+             seed). One camera ray a pixel, the same for all, so that nothing but the points on the light differs; the paper \
+             also moves it. RMS over {SEEDS} seeds, relative to a picture in which the lamp is seen. The slope is of the \
+             least-squares line in logarithms, with its standard error; random points are expected to have -1/2."
+        ),
+    );
+    let (truth, _) = bench.render(SIDE, &settings("hammersley", 640, 1))?;
+    let (mut lines, mut rows) = (Vec::new(), Vec::new());
+    for (kind, name) in [
+        ("random", "random"),
+        ("rooks", "N-rooks"),
+        ("halton", "Halton"),
+        ("jittered", "jittered Halton"),
+        ("hammersley", "jittered Hammersley"),
+    ] {
+        say::note(name);
+        let mut line = Line { name: name.into(), points: Vec::new() };
+        for paths in [1u32, 2, 4, 8, 16, 32, 64] {
+            let mut squared = 0.0;
+            for seed in 2..2 + SEEDS {
+                let (image, _) = bench.render(SIDE, &settings(kind, paths, seed))?;
+                squared += metrics::linear::linear_errors(&image, &truth).relative_rmse.powi(2) / f64::from(SEEDS);
+            }
+            line.points.push((f64::from(paths), squared.sqrt()));
+        }
+        let (fitted, error) = slope(&line.points);
+        let last = line.points.last().map_or(f64::NAN, |point| point.1);
+        rows.push(vec![json!(name), json!(last), json!(fitted), json!(error)]);
+        lines.push(line);
+    }
+    page.table("points", &["points", "relative RMS error at N = 64", "slope", "standard error"], &rows);
+    page.plot(&svg("Error by kind of points", "N", "relative RMS error", &lines)?);
+    Ok(())
+}
+
+/// How many images there are: M against N and the mean reflectivity.
+fn images(page: &mut Page) -> Result<(), Failure> {
+    page.section(
+        "Images",
+        "M, the sum of the survivors of all reflections, against N and the mean reflectivity r: less than N/(1 - r).",
+    );
+    let counts = [1u32, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
+    let (mut lines, mut rows) = (Vec::new(), Vec::new());
+    for reflectivity in [0.2, 0.5, 0.7, 0.9] {
+        let of = |paths: u32| walk::survivors(paths, reflectivity, u32::MAX).iter().sum::<u32>();
+        let points = counts.iter().map(|&n| (f64::from(n), f64::from(of(n)))).collect();
+        lines.push(Line { name: format!("r = {reflectivity}"), points });
+        for paths in [10u32, 64, 128, 256] {
+            let bound = f64::from(paths) / (1.0 - reflectivity);
+            rows.push(vec![json!(reflectivity), json!(paths), json!(of(paths)), json!(bound)]);
+        }
+    }
+    page.table("images", &["r", "N", "M", "N/(1 - r)"], &rows);
+    page.plot(&svg("Images", "N, paths", "M, images", &lines)?);
+    Ok(())
+}

@@ -1,0 +1,365 @@
+//! Instant radiosity: global illumination by virtual point lights [Keller97].
+//!
+//! L = L_e + T L is a walk of particles from the lights: where one is reflected it leaves a virtual point light (`walk.rs`, where
+//! all of the energy's bookkeeping stands), and a picture is the sum of what these light:
+//!
+//! L(x) = L_e(x) + Σ_vpl f(x)·I_vpl(ω)·min(cosθ_x·cosθ_vpl/r², b)·V
+//!
+//! The bound b keeps single lights from being seen as spots in corners. What it takes away is found again, without bias, along a
+//! short ray to what is near: there G = cosθ_x·cosθ_y/r² > b, and L(y) counts (G − b)/G of its share [Kollig06].
+//!
+//! Visibility is by rays through a hierarchy of boxes (`resident/bvh.wesl`), and so are mirrors and glass on the way from the
+//! eye. Planar mirrors also show the virtual lights: each has an image that shines through the mirror's outline. Each camera ray
+//! of a pixel gathers its own part of the paths, so anti-aliasing takes no more lights.
+//!
+//! Not in the model: what curved mirrors and glass throw onto other surfaces straight from a light or another surface
+//! (caustics), and light that meets two mirrors in a row on its way from a virtual light; both are where a particle was
+//! reflected by them and met something else before.
+
+pub(crate) mod geometry;
+mod punctual;
+pub mod sequence;
+pub(crate) mod sources;
+#[cfg(test)]
+mod test;
+pub(crate) mod vpl;
+pub mod walk;
+pub(crate) mod walkthrough;
+
+pub use punctual::punctual;
+pub use walkthrough::Walkthrough;
+
+use glam::Vec2;
+use tyndall_scene::World;
+use tyndall_scene::parameter::{Kind, Parameter, Settings};
+
+use super::{Recording, Role, Technique};
+use crate::graph::{Graph, Shader, shader};
+use crate::resident::{Light, Resident};
+use crate::{Gpu, RenderError};
+use geometry::{Geometry, Mirror};
+use sequence::{Sequence, radical_inverse};
+use sources::Sources;
+use vpl::{Vpl, Vpls};
+
+/// Instant radiosity's declaration.
+pub const TECHNIQUE: Technique = Technique {
+    name: "instant_radiosity",
+    summary: "Global illumination by virtual point lights",
+    role: Role::Surfaces,
+    parameters: &[
+        Parameter {
+            name: "paths",
+            help: "Particles that start from the lights; with mean reflectivity r there are up to paths/(1 - r) virtual lights",
+            unit: "",
+            kind: Kind::Count { min: 1, max: 65536, default: 64 },
+        },
+        Parameter {
+            name: "bounces",
+            help: "Reflections of a particle, at most (0: direct light alone)",
+            unit: "",
+            kind: Kind::Count { min: 0, max: 64, default: 64 },
+        },
+        Parameter {
+            name: "samples",
+            help: "Camera rays per pixel, among which the paths are shared out",
+            unit: "",
+            kind: Kind::Count { min: 1, max: 1024, default: 64 },
+        },
+        Parameter {
+            name: "sequence",
+            help: "Points of the walk: Halton's, jittered or not, jittered Hammersley's, N-rooks, or random",
+            unit: "",
+            kind: Kind::Choice(&["jittered", "halton", "hammersley", "rooks", "random"]),
+        },
+        Parameter {
+            name: "media_paths",
+            help: "Particles whose virtual lights media scatter (0: they scatter the light of lamps, surfaces and sky alone)",
+            unit: "",
+            kind: Kind::Count { min: 0, max: 4096, default: 16 },
+        },
+        Parameter {
+            name: "seed",
+            help: "Another seed gives another set of virtual lights",
+            unit: "",
+            kind: Kind::Count { min: 0, max: 1_000_000, default: 0 },
+        },
+        Parameter {
+            name: "clamp",
+            help: "Distance below which a virtual light's 1/r^2 rises no more, relative to the scene's size (0: it does)",
+            unit: "",
+            kind: Kind::Number { min: 0.0, max: 1.0, default: 0.05 },
+        },
+        Parameter {
+            name: "compensation",
+            help: "Find the light that clamping takes away along short rays",
+            unit: "",
+            kind: Kind::Choice(&["on", "off"]),
+        },
+    ],
+    record: |recording| Box::pin(record(recording)),
+};
+
+static GATHER: Shader = shader!("techniques/instant_radiosity/gather");
+
+/// How often clamped light is sought from one point to the next, at most: of light that is clamped at each of four such points
+/// nothing is left to see.
+const COMPENSATIONS: u32 = 4;
+
+/// Planes of a surface that is a mirror, at most; what has more is not flat.
+const MOST_PLANES: usize = 8;
+
+/// What a camera ray gathers in one round.
+#[derive(Clone, Copy, Debug, Default, PartialEq, encase::ShaderType)]
+pub(crate) struct Batch {
+    offset: Vec2,
+    begin: u32,
+    end: u32,
+    emission: f32,
+}
+
+/// The buffer `gather`.
+#[derive(Debug, encase::ShaderType)]
+pub(crate) struct Gather {
+    bound: f32,
+    compensation: u32,
+    epsilon: f32,
+    seed: u32,
+    rounds: u32,
+    #[shader(size(runtime))]
+    batches: Vec<Batch>,
+}
+
+/// A walk by a technique's settings.
+pub(crate) struct Walk {
+    pub geometry: Geometry,
+    pub sources: Sources,
+    pub sequence: Sequence,
+    /// How many particles are left after each reflection.
+    pub counts: Vec<u32>,
+    pub mirrors: Vec<Mirror>,
+}
+
+impl Walk {
+    /// The walk of a world.
+    ///
+    /// # Errors
+    /// Settings that do not go together.
+    pub fn new(world: &World, settings: &Settings) -> Result<Self, RenderError> {
+        let kind = match settings.choice("sequence") {
+            "halton" => sequence::Kind::Halton,
+            "hammersley" => sequence::Kind::JitteredHammersley,
+            "rooks" => sequence::Kind::Rooks,
+            "random" => sequence::Kind::Random,
+            _ => sequence::Kind::Jittered,
+        };
+        let [paths, bounces, seed] = ["paths", "bounces", "seed"].map(|name| settings.number(name) as u32);
+        if kind == sequence::Kind::JitteredHammersley && bounces > 0 {
+            return Err(tyndall_scene::FieldError {
+                path: "techniques.instant_radiosity.sequence".into(),
+                found: format!("\"hammersley\", with {bounces} bounces"),
+                accepted: "\"hammersley\" with bounces = 0: the first of its points are not evenly spread".into(),
+            }
+            .into());
+        }
+        let geometry = Geometry::new(&world.surfaces);
+        let sources = Sources::new(world, &geometry);
+        if sources.dark() {
+            tracing::warn!("lights: there are none, and no surface emits: the picture is black");
+        }
+        Ok(Self {
+            counts: walk::survivors(paths, geometry.mean_reflectivity(), bounces),
+            sequence: Sequence::new(kind, paths, seed),
+            mirrors: geometry.mirrors(MOST_PLANES),
+            geometry,
+            sources,
+        })
+    }
+
+    /// The virtual lights of all paths.
+    pub fn lights(&self) -> Vec<Vpl> {
+        walk::walk(&self.geometry, &self.sources, &self.sequence, &self.counts)
+    }
+
+    /// The virtual lights of `media_paths` paths but for the lamps, for media. What is clamped is softened there: they shine like discs
+    /// whose radius is the clamped distance.
+    fn for_media(&self, settings: &Settings, bound: f32) -> Vec<Light> {
+        let paths = settings.number("media_paths") as u32;
+        let counts = walk::survivors(paths, self.geometry.mean_reflectivity(), settings.number("bounces") as u32);
+        let sequence = self.sequence.clone().of(paths);
+        let vpls = walk::walk(&self.geometry, &self.sources, &sequence, &counts);
+        vpls.iter().filter(|vpl| !vpl.is_lamp()).map(|vpl| vpl.softened(1.0 / bound)).collect()
+    }
+
+    /// What the shader is told: the batches are to be filled in.
+    fn gather(&self, settings: &Settings) -> Gather {
+        let radius = self.geometry.sphere().1 as f32;
+        let shortest = settings.number("clamp") * 2.0 * radius;
+        let compensation = settings.choice("compensation") == "on" && shortest > 0.0;
+        Gather {
+            bound: if shortest > 0.0 { 1.0 / (shortest * shortest) } else { f32::MAX },
+            compensation: if compensation { COMPENSATIONS } else { 0 },
+            epsilon: 2e-5 * radius,
+            seed: settings.number("seed") as u32,
+            rounds: 0,
+            batches: Vec::new(),
+        }
+    }
+}
+
+/// How many virtual lights a scene's settings of the technique give, without images in mirrors.
+///
+/// # Errors
+/// Settings that are not accepted.
+pub fn count(world: &World) -> Result<u32, RenderError> {
+    let given = world.scene.techniques.get(TECHNIQUE.name);
+    let settings = Settings::new(TECHNIQUE.name, TECHNIQUE.parameters, given)?;
+    Ok(Walk::new(world, &settings)?.lights().len() as u32)
+}
+
+async fn record(
+    Recording { graph, resident, settings, film, world, .. }: Recording<'_, '_>,
+) -> Result<(), RenderError> {
+    let gpu = graph.gpu();
+    let walk = Walk::new(world, settings)?;
+    if resident.surfaces.cutouts {
+        tracing::warn!("surfaces: what alpha cuts away is there for techniques.instant_radiosity");
+    }
+    let paths = settings.number("paths") as u32;
+    let groups = walk::groups(paths, (settings.number("samples") as u32).min(paths));
+    let (vpls, ranges) = grouped(walk.lights(), &groups, &walk.mirrors);
+    check_size(gpu, vpls.len())?;
+    let mut gather = walk.gather(settings);
+    gather.batches = batches(&ranges, per_round(gpu, &walk, &vpls, gather.compensation));
+    gather.rounds = gather.batches.len() as u32;
+    tracing::info!(vpls = vpls.len(), rounds = gather.rounds, "instant radiosity");
+    if settings.number("media_paths") > 0.0 && !world.volumes.is_empty() {
+        resident.virtual_lights = Some(walk.for_media(settings, gather.bound));
+    }
+    let textures = walk.geometry.bvh.textures(gpu).await?;
+    let list = if vpls.is_empty() { vec![Vpl::BLACK] } else { vpls };
+    let buffers = [gpu.buffer("gather", &gather), gpu.buffer("vpls", &Vpls { list })];
+    gather_pass(graph, resident, &walk.geometry, &textures, &buffers, gather.rounds, film).await
+}
+
+/// Records the pass that gathers, from the buffers `gather` and `vpls`, in so many rounds.
+async fn gather_pass(
+    graph: &mut Graph<'_>,
+    resident: &Resident,
+    geometry: &Geometry,
+    [nodes, corners]: &[wgpu::Texture; 2],
+    [gather, vpls]: &[wgpu::Buffer; 2],
+    rounds: u32,
+    film: &wgpu::Texture,
+) -> Result<(), RenderError> {
+    let (gpu, tile) = (graph.gpu(), graph.tile());
+    let side = u64::from(gpu.tile_side());
+    let sums = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("sums"),
+        size: side * side * 16,
+        usage: wgpu::BufferUsages::STORAGE,
+        mapped_at_creation: false,
+    });
+    graph
+        .compute("gather", &GATHER)
+        .constant("NODES", geometry.bvh.nodes())
+        .constant("VISITS", most_visits(gpu, geometry))
+        .world(resident)
+        .read("view", &resident.view)
+        .read("tile", &tile)
+        .read("gather", gather)
+        .read("vpls", vpls)
+        .read("nodes", nodes)
+        .read("corners", corners)
+        .write("sums", &sums)
+        .write("film", film)
+        .over_film(rounds)
+        .await
+}
+
+/// Virtual lights in the groups that camera rays gather, with their images in mirrors; and where each group begins and ends.
+/// Lamps, of which there is one each, are shared by all groups.
+fn grouped(vpls: Vec<Vpl>, groups: &[u32], mirrors: &[Mirror]) -> (Vec<Vpl>, Vec<[u32; 2]>) {
+    let count = groups.iter().max().map_or(1, |last| last + 1);
+    let mut list: Vec<Vec<Vpl>> = vec![Vec::new(); count as usize];
+    for vpl in vpls {
+        if vpl.is_lamp() {
+            let share = Vpl { power: vpl.power / count as f32, ..vpl };
+            list.iter_mut().for_each(|group| group.push(share));
+        } else {
+            list[groups[vpl.path as usize] as usize].push(vpl);
+        }
+    }
+    let (mut all, mut ranges) = (Vec::new(), Vec::new());
+    for group in list {
+        let begin = all.len() as u32;
+        let images = walk::mirrored(&group, mirrors);
+        all.extend(group);
+        all.extend(images);
+        ranges.push([begin, all.len() as u32]);
+    }
+    (all, ranges)
+}
+
+/// The place in the pixel where the camera ray of a group goes through: Hammersley's points, one alone in the middle.
+fn pixel_offset(group: u32, count: u32) -> Vec2 {
+    let middle = 0.5 / f64::from(count);
+    let y = (radical_inverse(2, group) + middle).fract();
+    Vec2::new((f64::from(group) / f64::from(count) + middle) as f32, y as f32)
+}
+
+/// The rounds of all groups, of so many virtual lights each.
+fn batches(groups: &[[u32; 2]], at_once: u32) -> Vec<Batch> {
+    let count = groups.len() as u32;
+    let mut batches = Vec::new();
+    for (number, &[begin, end]) in (0..).zip(groups) {
+        let offset = pixel_offset(number, count);
+        let mut next = begin;
+        loop {
+            let stop = end.min(next + at_once);
+            let emission = if next == begin { 1.0 / count as f32 } else { 0.0 };
+            batches.push(Batch { offset, begin: next, end: stop, emission });
+            next = stop;
+            if next >= end {
+                break;
+            }
+        }
+    }
+    batches
+}
+
+/// How many nodes a ray may visit: all, but no more than the device stands.
+fn most_visits(gpu: &Gpu, geometry: &Geometry) -> u32 {
+    geometry.bvh.nodes().min(gpu.iterations() / 4)
+}
+
+/// How many virtual lights an invocation gathers in a round, by the nodes and triangles that rays to them meet. A CPU driver's
+/// invocations go together: the loops of eight rays last as long as the longest.
+fn per_round(gpu: &Gpu, walk: &Walk, vpls: &[Vpl], compensation: u32) -> u32 {
+    const TRIES: usize = 512;
+    let ray = |i: usize| {
+        let [from, to] = [&vpls[(i * 7919) % vpls.len()], &vpls[(i * 104_729 + 1) % vpls.len()]];
+        walk.geometry.bvh.effort(from.position, to.position - from.position, 1.0)
+    };
+    let most = if vpls.is_empty() { 1 } else { (0..TRIES).map(ray).max().unwrap_or(1).max(1) };
+    let rays = (1 + compensation) * if walk.mirrors.is_empty() { 1 } else { 2 };
+    (gpu.iterations() / 4 / (most * rays)).max(1)
+}
+
+/// Refuses more virtual lights than a buffer holds.
+fn check_size(gpu: &Gpu, count: usize) -> Result<(), RenderError> {
+    let limits = gpu.device.limits();
+    let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / VPL_BYTES;
+    if count as u64 <= most {
+        return Ok(());
+    }
+    Err(RenderError::Limit {
+        what: "techniques.instant_radiosity.paths".into(),
+        found: format!("{count} virtual lights"),
+        limit: format!("{most} virtual lights"),
+        advice: "Use fewer paths.".into(),
+    })
+}
+
+/// Bytes of a `Vpl` in `vpl.wesl`.
+pub(crate) const VPL_BYTES: u64 = 112;
