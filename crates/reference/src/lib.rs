@@ -9,6 +9,7 @@
 //! | `path` | from the eye, scattering by scattering |
 //! | `tracking` | flight to the next collision, and transmittance, by null collisions |
 //! | `march` | the ray cut at the cells of every medium |
+//! | `bodies` | particles and strands, exactly |
 //! | `majorant` | bounds of the extinction in each cell |
 //! | `medium` | coefficients at a point |
 //! | [`phase`] | which way scattered light goes |
@@ -20,6 +21,7 @@
 //! | `probe` | what a camera ray meets on its way |
 //! | [`simple`] | the same truth on one page, slow |
 
+mod bodies;
 mod camera;
 mod film;
 mod light;

@@ -31,7 +31,8 @@ impl Tracer {
         let glows = media.iter().any(Medium::glows);
         let lights = Lights::new(world);
         let balls = lights.lamps.iter().map(|lamp| Ball::new(lamp, &media)).collect();
-        Ok(Self { media: Media { media, scatters, glows }, lights, balls })
+        let bodies = (0..media.len()).filter(|&index| media[index].bodies.is_some()).collect();
+        Ok(Self { media: Media { media, bodies, scatters, glows }, lights, balls })
     }
 
     /// An estimate of the radiance that arrives at `origin` (metres) from the unit `direction` [W·sr⁻¹·m⁻²]; its mean is the

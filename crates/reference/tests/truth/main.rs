@@ -3,6 +3,7 @@
 
 mod agreement;
 mod beer;
+mod bodies;
 mod clip;
 mod furnace;
 mod glow;

@@ -104,7 +104,7 @@ pub struct Head {
     #[serde(with = "Positive", default = "quarter")]
     pub length: f32,
     /// How soon strands bend down: the curvature of one that grows sideways [m⁻¹].
-    #[serde(with = "NonNegative", default = "fifteen")]
+    #[serde(with = "NonNegative", default = "thirty")]
     pub gravity: f32,
     /// The radius of the curls at the tip [m]; they widen from the root on.
     #[serde(with = "NonNegative", default)]
@@ -178,8 +178,8 @@ fn four() -> f32 {
     4.0
 }
 
-fn fifteen() -> f32 {
-    15.0
+fn thirty() -> f32 {
+    30.0
 }
 
 fn temples() -> f32 {

@@ -16,7 +16,7 @@ pub struct Curl {
 }
 
 /// The root mean square of the curl of one octave, measured over many points.
-const ROOT_MEAN_SQUARE: f32 = 1.257;
+const ROOT_MEAN_SQUARE: f32 = 1.2206;
 
 impl Curl {
     /// The velocity at `x`, in cells of the coarsest lattice. Its root mean square over space is 1.

@@ -146,11 +146,16 @@ impl Node {
     fn entry(&self, origin: DVec3, inverse: DVec3, from: f64, to: f64) -> Option<f64> {
         let a = (self.low.as_dvec3() - origin) * inverse;
         let b = (self.high.as_dvec3() - origin) * inverse;
-        // A ray along a face gives 0·∞, which min and max of numbers leave out.
         let (mut enter, mut exit) = (from, to);
         for axis in 0..3 {
-            enter = enter.max(a[axis].min(b[axis]));
-            exit = exit.min(a[axis].max(b[axis]));
+            let (near, far) = if inverse[axis] > 0.0 { (a[axis], b[axis]) } else { (b[axis], a[axis]) };
+            // A ray along a face gives 0·∞, which is neither more nor less: the face belongs to the box.
+            if near > enter {
+                enter = near;
+            }
+            if far < exit {
+                exit = far;
+            }
         }
         // The roundings of two quotients.
         const MARGIN: f64 = 1.0 + 1e-14;

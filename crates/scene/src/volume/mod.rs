@@ -22,7 +22,7 @@ mod nrrd;
 mod patient;
 mod sampling;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod vdb;
 mod vtk;
 

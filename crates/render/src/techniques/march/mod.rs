@@ -23,7 +23,7 @@ use glam::{Vec2, Vec3};
 use tyndall_scene::parameter::{Kind, Parameter};
 use tyndall_scene::volume::BRICK_CELLS;
 
-use super::{MODEL, Recording, Role, SAMPLES, TERMINATION, Technique, without_meshes};
+use super::{MODEL, Recording, Role, SAMPLES, TERMINATION, Technique, only_fields};
 use crate::graph::{Shader, shader};
 use crate::resident::{Lights, Resident};
 use crate::{Gpu, RenderError};
@@ -177,7 +177,7 @@ pub(crate) async fn record_up_to(
     Recording { graph, resident, settings, film, world }: Recording<'_, '_>,
     reach: Vec2,
 ) -> Result<(), RenderError> {
-    without_meshes(world, TECHNIQUE.name)?;
+    only_fields(world, TECHNIQUE.name)?;
     let gpu = graph.gpu();
     let model = settings.choice("model");
     let scattering = model == "single_scattering";

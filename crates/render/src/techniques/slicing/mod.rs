@@ -20,7 +20,7 @@ use glam::{Mat4, Vec3};
 use tyndall_scene::World;
 use tyndall_scene::parameter::{Kind, Parameter};
 
-use super::{LAYERED_MODEL, Recording, Role, Technique, plain, without_meshes};
+use super::{LAYERED_MODEL, Recording, Role, Technique, only_fields, plain};
 use crate::graph::{Draw, Shader, shader};
 use crate::{RenderError, layers};
 
@@ -65,7 +65,7 @@ pub(crate) struct Slicing {
 
 async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
     let Recording { graph, world, resident, settings, film } = recording;
-    without_meshes(world, TECHNIQUE.name)?;
+    only_fields(world, TECHNIQUE.name)?;
     plain(world, TECHNIQUE.name)?;
     layers::check(world)?;
     let gpu = graph.gpu();
