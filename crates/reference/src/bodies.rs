@@ -54,14 +54,7 @@ impl Bodies {
 
     /// The distance [m] along a ray of the first collision between two distances, of those that happen with `rate` times the
     /// density; infinite where there is none.
-    pub fn collision(
-        &self,
-        origin: DVec3,
-        direction: DVec3,
-        [from, to]: [f64; 2],
-        rate: f64,
-        rng: &mut Random,
-    ) -> f64 {
+    pub fn collision(&self, origin: DVec3, direction: DVec3, [from, to]: [f64; 2], rate: f64, rng: &mut Random) -> f64 {
         let mut nearest = f64::INFINITY;
         if rate == 0.0 {
             return nearest;
@@ -184,7 +177,11 @@ impl Crossing {
                 // Newton's method, kept between bounds that close in from both sides: growth is monotonic.
                 for _ in 0..64 {
                     let error = self.grown(at) - goal;
-                    if error < 0.0 { low = at } else { high = at }
+                    if error < 0.0 {
+                        low = at
+                    } else {
+                        high = at
+                    }
                     let s = (at - middle) / radius;
                     let slope = 15.0 / 16.0 * full / radius * (q - s * s) * (q - s * s);
                     let next = at - error / slope;

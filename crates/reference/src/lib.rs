@@ -1,4 +1,4 @@
-//! Tyndall's ground truth: a CPU path tracer for participating media.
+//! Tyndall's ground truth: a CPU path tracer for participating media and surfaces.
 //!
 //! [`render`] makes pictures with their statistics, [`Tracer`] estimates single rays. Every estimate is without bias:
 //! its mean is the solution of the equation of radiative transfer, and what is left is noise, which is known. It
@@ -7,12 +7,18 @@
 //! | module | idea |
 //! |---|---|
 //! | `path` | from the eye, scattering by scattering |
+//! | `vertex` | where a path scatters, in media or at a surface |
+//! | `direct` | light that comes straight to there |
 //! | `tracking` | flight to the next collision, and transmittance, by null collisions |
 //! | `march` | the ray cut at the cells of every medium |
 //! | `bodies` | particles and strands, exactly |
 //! | `majorant` | bounds of the extinction in each cell |
 //! | `medium` | coefficients at a point |
 //! | [`phase`] | which way scattered light goes |
+//! | `surface` | points of surfaces, with their textures |
+//! | `bvh` | which triangle a ray meets first |
+//! | [`bsdf`] | how surfaces scatter light |
+//! | `area` | surfaces that shine, by power |
 //! | `light` | what lamps send to a point |
 //! | [`sky`] | the environment map, by importance |
 //! | `near` | point lights within media |
@@ -21,8 +27,12 @@
 //! | `probe` | what a camera ray meets on its way |
 //! | [`simple`] | the same truth on one page, slow |
 
+mod area;
 mod bodies;
+pub mod bsdf;
+mod bvh;
 mod camera;
+mod direct;
 mod film;
 mod light;
 mod majorant;
@@ -37,7 +47,9 @@ mod render;
 pub mod simple;
 pub mod sky;
 mod source;
+mod surface;
 mod tracking;
+mod vertex;
 
 pub use path::Tracer;
 pub use probe::{Estimate, Point, probe, span};

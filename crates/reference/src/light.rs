@@ -1,4 +1,4 @@
-//! Lights: what arrives at a point of a medium, before the medium on the way takes its share.
+//! Lamps and the environment: what arrives at a point, before what is on the way takes its share.
 
 use glam::DVec3;
 use tyndall_scene::World;

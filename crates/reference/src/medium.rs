@@ -48,11 +48,7 @@ impl Local {
     const NOTHING: Self = Self { sigma_s: DVec3::ZERO, sigma_a: DVec3::ZERO, emission: DVec3::ZERO };
 
     fn times(&self, density: f64) -> Self {
-        Self {
-            sigma_s: self.sigma_s * density,
-            sigma_a: self.sigma_a * density,
-            emission: self.emission * density,
-        }
+        Self { sigma_s: self.sigma_s * density, sigma_a: self.sigma_a * density, emission: self.emission * density }
     }
 }
 

@@ -3,24 +3,37 @@
 use glam::DVec3;
 use tyndall_scene::World;
 
-use crate::light::{Arrival, Lamp, Lights};
+use crate::light::Lights;
 use crate::march::March;
 use crate::medium::Medium;
 use crate::near::Ball;
-use crate::phase::Phase;
-use crate::tracking::{End, Flight, Media, Scatterer};
+use crate::surface::{Spot, Surfaces};
+use crate::tracking::{End, Flight, Media};
+use crate::vertex::Vertex;
 use crate::{Random, ReferenceError};
 
 /// A world made ready for tracing.
 pub struct Tracer {
     pub(crate) media: Media,
+    pub(crate) surfaces: Surfaces,
     pub(crate) lights: Lights,
     /// One for each lamp.
-    balls: Vec<Ball>,
+    pub(crate) balls: Vec<Ball>,
+    caustics: bool,
+}
+
+/// Where a path goes.
+struct Way {
+    origin: DVec3,
+    direction: DVec3,
+    /// The density with which the last scattering chose the direction [sr⁻¹]; camera, mirrors and glass have no choice.
+    density: Option<f64>,
+    /// Whether it has been scattered into more than directions of their own.
+    diffuse: bool,
 }
 
 impl Tracer {
-    /// Prepares a world: bounds its densities, cell by cell.
+    /// Prepares a world: bounds its densities, cell by cell, and its triangles, box by box.
     ///
     /// # Errors
     /// [`ReferenceError::Unbounded`] where the extinction of a medium overflows, [`ReferenceError::Unphysical`] where a
@@ -32,51 +45,63 @@ impl Tracer {
         let lights = Lights::new(world);
         let balls = lights.lamps.iter().map(|lamp| Ball::new(lamp, &media)).collect();
         let bodies = (0..media.len()).filter(|&index| media[index].bodies.is_some()).collect();
-        Ok(Self { media: Media { media, bodies, scatters, glows }, lights, balls })
+        let surfaces = Surfaces::new(world);
+        Ok(Self { media: Media { media, bodies, scatters, glows }, surfaces, lights, balls, caustics: true })
+    }
+
+    /// The same without caustics, as [`Options::caustics`](crate::Options::caustics) defines them.
+    pub fn without_caustics(self) -> Self {
+        Self { caustics: false, ..self }
     }
 
     /// An estimate of the radiance that arrives at `origin` (metres) from the unit `direction` [W·sr⁻¹·m⁻²]; its mean is the
-    /// radiance of light scattered at most `depth` times (`None`: any number of times).
+    /// radiance of light scattered at most `depth` times (`None`: any number of times), by surfaces and media alike.
     ///
-    /// Depth 0 is emission, absorption and what is behind; 1 is single scattering. Light of lamps is sought at every
-    /// scattering, that of the constant environment is found where a path escapes, and that of the environment map both ways,
-    /// weighted by the balance heuristic [Veach95].
+    /// Depth 0 is emission, absorption and what is behind; 1 is direct light and single scattering. Light of lamps is
+    /// sought wherever a path scatters, that of the constant environment is found where it escapes, and that of the
+    /// environment map and of surfaces both ways, weighted by the balance heuristic [Veach95].
     pub fn radiance(&self, origin: DVec3, direction: DVec3, depth: Option<u32>, rng: &mut Random) -> DVec3 {
-        let (mut origin, mut direction) = (origin, direction);
+        let mut way = Way { origin, direction, density: None, diffuse: false };
         let mut flight = Flight::new();
         let mut shadow = March::default();
-        // The density with which the last scattering chose the direction [sr⁻¹]; the camera has no choice.
-        let mut density = None;
         for scatterings in 0u32.. {
-            if !self.media.scatters || depth.is_some_and(|depth| scatterings >= depth) {
-                self.last(origin, direction, density, &mut flight, &mut shadow, rng);
-                break;
-            }
-            for (lamp, &ball) in self.lights.lamps.iter().zip(&self.balls) {
-                let light = self.near(lamp, ball, origin, direction, &mut shadow, rng);
+            let last = depth.is_some_and(|depth| scatterings >= depth);
+            let spot = self.surfaces.nearest(way.origin, way.direction);
+            let limit = spot.as_ref().map_or(f64::INFINITY, |spot| spot.distance);
+            let end = if self.media.scatters && !last {
+                let light = self.near(way.origin, way.direction, limit, &mut shadow, rng);
                 flight.radiance += flight.weight * light;
-            }
-            let distance = match self.media.fly(origin, direction, true, &mut flight, rng) {
-                End::Scattered(distance) => distance,
-                End::Escaped => {
-                    flight.radiance += flight.weight * self.behind(direction, density);
-                    break;
-                }
-                End::Lost => break,
+                self.media.fly(way.origin, way.direction, limit, true, &mut flight, rng)
+            } else {
+                let goes_on = spot.is_some() && !last;
+                let needed = goes_on || self.found(&way, spot.as_ref()) != DVec3::ZERO;
+                self.pass(&way, limit, needed, &mut flight, rng);
+                End::Passed
             };
-            origin += direction * distance;
-            for (lamp, ball) in self.lights.lamps.iter().zip(&self.balls) {
-                let Some(arrival) = lamp.arrival(origin) else { continue };
-                let light = self.scattered(&arrival, origin, direction, &flight.scatterers, &mut shadow, rng);
-                flight.radiance += flight.weight * light * (1.0 - ball.share(arrival.distance));
-            }
-            flight.radiance += flight.weight * self.sky(origin, direction, &flight, &mut shadow, rng);
-            let (next, channel) = self.choose(&flight, rng);
-            let sampled = self.media.media[next].phase.sample(channel, direction, rng);
-            let cos_theta = direction.dot(sampled);
-            let chance = self.chance(&flight, cos_theta);
-            flight.weight *= self.mixture(&flight, cos_theta, chance);
-            (direction, density) = (sampled, Some(chance));
+            let vertex = match end {
+                End::Lost => break,
+                End::Scattered(distance) => Vertex::Media {
+                    point: way.origin + way.direction * distance,
+                    direction: way.direction,
+                    scatterers: &flight.scatterers,
+                    weight: flight.weight,
+                },
+                End::Passed => {
+                    flight.radiance += flight.weight * self.found(&way, spot.as_ref());
+                    match &spot {
+                        Some(spot) if !last => Vertex::Surface(spot),
+                        _ => break,
+                    }
+                }
+            };
+            let light = self.direct(&vertex, &mut shadow, rng);
+            let sample = self.sample(&vertex, rng);
+            let origin = sample.map(|sample| vertex.start(sample.towards));
+            flight.radiance += flight.weight * light;
+            let (Some(sample), Some(origin)) = (sample, origin) else { break };
+            let diffuse = way.diffuse || sample.density.is_some();
+            way = Way { origin, direction: sample.towards, density: sample.density, diffuse };
+            flight.weight *= sample.weight;
             if !flight.survives(rng) {
                 break;
             }
@@ -84,141 +109,59 @@ impl Tracer {
         flight.radiance
     }
 
-    /// An estimate of the share of light that passes from `origin` over `distance` (metres) in the unit `direction`.
+    /// An estimate of the share of light that passes from `origin` over `distance` (metres) in the unit `direction`; 0 where
+    /// there is a surface on the way.
     pub fn transmittance(&self, origin: DVec3, direction: DVec3, distance: f64, rng: &mut Random) -> DVec3 {
-        self.media.transmittance(origin, direction, distance, &mut March::default(), rng)
+        self.share(origin, direction, distance, &mut March::default(), rng)
     }
 
-    /// The last flight of a path, which scatters no more: what glows on the way, and the environment behind it all.
-    fn last(
+    /// As [`Tracer::transmittance`].
+    pub(crate) fn share(
         &self,
         origin: DVec3,
         direction: DVec3,
-        density: Option<f64>,
-        flight: &mut Flight,
+        distance: f64,
         march: &mut March,
         rng: &mut Random,
-    ) {
-        let behind = self.behind(direction, density);
-        if behind != DVec3::ZERO {
-            let share = self.media.transmittance(origin, direction, f64::INFINITY, march, rng);
-            flight.radiance += flight.weight * share * behind;
+    ) -> DVec3 {
+        if self.surfaces.block(origin, direction, distance) {
+            return DVec3::ZERO;
         }
+        self.media.transmittance(origin, direction, distance, march, rng)
+    }
+
+    /// A flight that does not scatter: what glows on the way, and, where it is needed, what is left at its end.
+    fn pass(&self, way: &Way, limit: f64, needed: bool, flight: &mut Flight, rng: &mut Random) {
+        let weight = flight.weight;
         if self.media.glows {
-            self.media.fly(origin, direction, false, flight, rng);
+            self.media.fly(way.origin, way.direction, limit, false, flight, rng);
         }
+        let mut march = March::default();
+        flight.weight = match needed {
+            true => weight * self.media.transmittance(way.origin, way.direction, limit, &mut march, rng),
+            false => weight,
+        };
     }
 
-    /// What a path finds where it escapes, having chosen its direction with this density [sr⁻¹]: the share of the map that
-    /// the search for it leaves to paths, and the constant environment [W·sr⁻¹·m⁻²].
-    fn behind(&self, direction: DVec3, density: Option<f64>) -> DVec3 {
-        let Some(sky) = &self.lights.sky else { return self.lights.environment };
-        let share = density.map_or(1.0, |density| density / (density + sky.pdf(direction)));
-        self.lights.environment + sky.radiance(direction) * share
-    }
-
-    /// The environment map's light that is scattered at `point` against `direction`: of one direction sought in the map, the
-    /// share that escaping paths leave to it, per unit of weight [W·sr⁻¹·m⁻³].
-    fn sky(&self, point: DVec3, direction: DVec3, flight: &Flight, march: &mut March, rng: &mut Random) -> DVec3 {
-        let Some(sky) = &self.lights.sky else { return DVec3::ZERO };
-        let Some((towards, density)) = sky.sample(rng) else { return DVec3::ZERO };
-        // [Veach95]: p/(p + q) of the estimate, which is divided by p.
-        let share = 1.0 / (density + self.chance(flight, direction.dot(towards)));
-        let arrival = Arrival { travel: -towards, distance: f64::INFINITY, irradiance: sky.radiance(towards) * share };
-        self.scattered(&arrival, point, direction, &flight.scatterers, march, rng)
-    }
-
-    /// Light that arrives at `point` and is scattered against `direction` (that of the path), per unit of weight
-    /// [W·sr⁻¹·m⁻³].
-    pub(crate) fn scattered(
-        &self,
-        arrival: &Arrival,
-        point: DVec3,
-        direction: DVec3,
-        scatterers: &[Scatterer],
-        march: &mut March,
-        rng: &mut Random,
-    ) -> DVec3 {
-        let cos_theta = -direction.dot(arrival.travel);
-        let scattering: DVec3 = scatterers.iter().map(|s| s.sigma_s * self.phase(s).pdf(cos_theta)).sum();
-        let share = self.media.transmittance(point, -arrival.travel, arrival.distance, march, rng);
-        scattering * share * arrival.irradiance
-    }
-
-    /// What a flight from `origin` scatters of a lamp's light while near it: the share that collisions leave to flights
-    /// [W·sr⁻¹·m⁻²].
-    fn near(
-        &self,
-        lamp: &Lamp,
-        ball: Ball,
-        origin: DVec3,
-        direction: DVec3,
-        march: &mut March,
-        rng: &mut Random,
-    ) -> DVec3 {
-        let Lamp::Bulb { position, .. } = lamp else { return DVec3::ZERO };
-        let Some((distance, density)) = ball.sample(*position, origin, direction, rng) else { return DVec3::ZERO };
-        let point = origin + direction * distance;
-        let scatterers = self.media.scatterers(point);
-        let Some(arrival) = lamp.arrival(point).filter(|_| !scatterers.is_empty()) else { return DVec3::ZERO };
-        let way = self.media.transmittance(origin, direction, distance, march, rng);
-        let light = self.scattered(&arrival, point, direction, &scatterers, march, rng);
-        way * light * (ball.share(arrival.distance) / density)
-    }
-
-    pub(crate) fn phase(&self, scatterer: &Scatterer) -> &Phase {
-        &self.media.media[scatterer.medium].phase
-    }
-
-    /// Σ σ_s·p over the media, divided by the density with which [`Tracer::choose`] and sampling give that angle, its
-    /// [`chance`](Tracer::chance) [m⁻¹].
-    fn mixture(&self, flight: &Flight, cos_theta: f64, chance: f64) -> DVec3 {
-        if let Some(only) = self.alone(flight) {
-            return only.sigma_s;
+    /// What a path finds where it ends, at a surface or behind all: its light, or the share that the search for it leaves to
+    /// paths that choose their direction [W·sr⁻¹·m⁻²].
+    fn found(&self, way: &Way, spot: Option<&Spot>) -> DVec3 {
+        if way.density.is_none() && way.diffuse && !self.caustics {
+            return DVec3::ZERO;
         }
-        let scattered = |part: &Scatterer| part.sigma_s * self.phase(part).pdf(cos_theta);
-        flight.scatterers.iter().map(scattered).sum::<DVec3>() / chance
-    }
-
-    /// The density with which [`Tracer::choose`] and sampling give a direction at that angle [sr⁻¹].
-    fn chance(&self, flight: &Flight, cos_theta: f64) -> f64 {
-        if let Some(only) = self.alone(flight) {
-            return self.phase(only).pdf(cos_theta).x;
-        }
-        let (mut density, mut total) = (0.0, 0.0);
-        for part in &flight.scatterers {
-            density += flight.weight.dot(part.sigma_s * self.phase(part).pdf(cos_theta));
-            total += flight.weight.dot(part.sigma_s);
-        }
-        density / total
-    }
-
-    /// The medium that scatters, where it is the only one and scatters all channels alike: the usual case.
-    fn alone<'f>(&self, flight: &'f Flight) -> Option<&'f Scatterer> {
-        match &flight.scatterers[..] {
-            [only] if self.phase(only).is_grey() => Some(only),
-            _ => None,
-        }
-    }
-
-    /// The medium and the channel that scatter, chosen with a probability in proportion to their part in the weight: what
-    /// a path then weighs, summed over channels, does not depend on the angle.
-    fn choose(&self, flight: &Flight, rng: &mut Random) -> (usize, usize) {
-        if let Some(only) = self.alone(flight) {
-            return (only.medium, 0);
-        }
-        let mut chosen = (0, 0);
-        let parts = flight.scatterers.iter().map(|part| (part.medium, flight.weight * part.sigma_s));
-        let mut rest = rng.uniform() * parts.clone().map(|(_, part)| part.element_sum()).sum::<f64>();
-        for (medium, part) in parts {
-            for channel in (0..3).filter(|&channel| part[channel] > 0.0) {
-                chosen = (medium, channel);
-                rest -= part[channel];
-                if rest < 0.0 {
-                    return chosen;
-                }
+        // [Veach95]: p/(p + q) of what is found with the density p, and sought with q.
+        let share = |sought: f64| way.density.map_or(1.0, |density| density / (density + sought));
+        match spot {
+            Some(spot) if spot.emission != DVec3::ZERO => {
+                let cosine = spot.geometric.dot(spot.view);
+                spot.emission * share(self.surfaces.lights.chance(spot.face, spot.distance, cosine))
+            }
+            Some(_) => DVec3::ZERO,
+            None => {
+                let sky = self.lights.sky.as_ref();
+                let sky = sky.map(|sky| sky.radiance(way.direction) * share(sky.pdf(way.direction)));
+                self.lights.environment + sky.unwrap_or_default()
             }
         }
-        chosen
     }
 }

@@ -12,11 +12,15 @@ use crate::film::{Film, Pixel};
 use crate::{Random, ReferenceError, Tracer};
 
 /// What is rendered, and when it is enough. Without `samples` and `error` only the callback of [`render`] ends it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// The most scatterings of a path; `None` for any number. 0: emission, absorption and what is behind; 1: single
-    /// scattering.
+    /// The most scatterings of a path, by surfaces and media alike; `None` for any number. 0: emission, absorption and what is
+    /// behind; 1: direct light and single scattering.
     pub depth: Option<u32>,
+    /// Whether light counts that comes from where it is made, a surface or the environment, to where it is scattered
+    /// diffusely (by a medium, or a surface that is neither mirror nor glass) by way of mirrors and glass alone. What the eye
+    /// sees in mirrors and through glass always counts. Lamps, which have no size, never have caustics: no path finds them.
+    pub caustics: bool,
     /// Stop when every pixel has this many samples, those of a previous image included.
     pub samples: Option<u32>,
     /// Stop at this relative standard error, as [`Progress::relative_error`] defines it, but not before every pixel has
@@ -24,6 +28,12 @@ pub struct Options {
     pub error: Option<f64>,
     /// Pictures of different seeds are independent of each other.
     pub seed: u64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { depth: None, caustics: true, samples: None, error: None, seed: 0 }
+    }
 }
 
 /// Samples a pixel needs before its variance is believed.
@@ -49,9 +59,9 @@ pub struct Progress {
     pub eta: Option<Duration>,
 }
 
-/// Renders a world's picture, as a new one or as the continuation of `previous` (of the same world, depth and seed).
+/// Renders a world's picture, as a new one or as the continuation of `previous` (of the same world, depth, caustics and seed).
 ///
-/// The picture depends on world, depth, seed and number of samples alone: not on threads, nor on interruptions but for
+/// The picture depends on world, depth, caustics, seed and number of samples alone: not on threads, nor on interruptions but for
 /// rounding. It runs on rayon's current pool and calls `watch` on the calling thread about twenty times a second. Where
 /// `watch` breaks, the picture so far is returned, with every sample taken: some pixels may then have one sample more
 /// than others, and a continuation begins with those.
@@ -66,7 +76,10 @@ pub fn render(
 ) -> Result<Image, ReferenceError> {
     let camera = Camera::new(&world.scene)?;
     let mut film = Film::new(world.scene.film.size, previous)?;
-    let tracer = Tracer::new(world)?;
+    let mut tracer = Tracer::new(world)?;
+    if !options.caustics {
+        tracer = tracer.without_caustics();
+    }
     let mut clock = Clock::new(&film);
     loop {
         let pass = film.passes();

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use crate::march::March;
 use crate::medium::Local;
+use crate::vertex::Vertex;
 use crate::{Random, Tracer};
 
 impl Tracer {
@@ -16,7 +17,8 @@ impl Tracer {
     /// `direction` [W·sr⁻¹·m⁻³]; the integral of its mean times the transmittance to the eye is the radiance of depth 1,
     /// without what is behind and what is emitted and then scattered.
     ///
-    /// The way to a lamp, and one into the environment by each phase function, is ratio-tracked.
+    /// The way to a lamp, and one to the environment or to a surface that shines, by each
+    /// phase function, is ratio-tracked.
     pub fn source(&self, point: DVec3, direction: DVec3, rng: &mut Random) -> DVec3 {
         let mut march = March::default();
         let mut source: DVec3 = self.local(point).map(|local| local.emission).sum();
@@ -24,20 +26,26 @@ impl Tracer {
         if scatterers.is_empty() {
             return source;
         }
+        let vertex = Vertex::Media { point, direction, scatterers: &scatterers, weight: DVec3::ONE };
         for arrival in self.lights.lamps.iter().filter_map(|lamp| lamp.arrival(point)) {
-            source += self.scattered(&arrival, point, direction, &scatterers, &mut march, rng);
+            source += self.scattered(&arrival, &vertex, &mut march, rng);
         }
-        if self.lights.environment == DVec3::ZERO {
+        if self.lights.environment == DVec3::ZERO && self.surfaces.lights.is_empty() {
             return source;
         }
         for scatterer in &scatterers {
             let phase = self.phase(scatterer);
             let mut light = |channel| {
                 let sampled = phase.sample(channel, direction, rng);
-                self.media.transmittance(point, sampled, f64::INFINITY, &mut march, rng)
+                let spot = self.surfaces.nearest(point, sampled);
+                let (light, distance) = match &spot {
+                    None => (self.lights.environment, f64::INFINITY),
+                    Some(spot) => (spot.emission, spot.distance),
+                };
+                light * self.media.transmittance(point, sampled, distance, &mut march, rng)
             };
-            let share = if phase.is_grey() { light(0) } else { DVec3::new(light(0).x, light(1).y, light(2).z) };
-            source += scatterer.sigma_s * share * self.lights.environment;
+            let arriving = if phase.is_grey() { light(0) } else { DVec3::new(light(0).x, light(1).y, light(2).z) };
+            source += scatterer.sigma_s * arriving;
         }
         source
     }

@@ -20,6 +20,15 @@ pub(crate) struct Media {
     pub glows: bool,
 }
 
+/// The way of a flight.
+#[derive(Clone, Copy)]
+struct Ray {
+    origin: DVec3,
+    direction: DVec3,
+    /// Where it ends [m]; may be infinite.
+    limit: f64,
+}
+
 /// What a path carries from collision to collision.
 pub(crate) struct Flight {
     /// What the light collected from here on counts.
@@ -42,8 +51,8 @@ pub(crate) struct Scatterer {
 
 /// How a flight ends.
 pub(crate) enum End {
-    /// Beyond all media.
-    Escaped,
+    /// Beyond all media, or at its limit.
+    Passed,
     /// Absorbed, or given up.
     Lost,
     /// Scattered after this distance [m]. The weight has been divided by density and probability of the event but not
@@ -87,30 +96,30 @@ impl Flight {
 }
 
 impl Media {
-    /// Follows a path from `origin` to its next scattering, collecting emission on the way: spectral tracking, history
+    /// Follows a path from `origin` to its next scattering within `limit` [m], collecting emission on the way: spectral tracking, history
     /// aware [Kutz17]. At a tentative collision the weights of the channels decide between scattering and a null
     /// collision; absorption is left to the weights.
     /// With `scattering` false, scattered light counts as lost.
-    pub fn fly(&self, origin: DVec3, direction: DVec3, scattering: bool, flight: &mut Flight, rng: &mut Random) -> End {
-        let mut march = std::mem::take(&mut flight.march);
-        march.start(&self.media, origin, direction, f64::INFINITY);
-        let end = self.collide(origin, direction, &mut march, scattering, flight, rng);
-        flight.march = march;
-        end
-    }
-
-    fn collide(
+    pub fn fly(
         &self,
         origin: DVec3,
         direction: DVec3,
-        march: &mut March,
+        limit: f64,
         scattering: bool,
         flight: &mut Flight,
         rng: &mut Random,
     ) -> End {
+        let mut march = std::mem::take(&mut flight.march);
+        march.start(&self.media, origin, direction, limit);
+        let end = self.collide(Ray { origin, direction, limit }, &mut march, scattering, flight, rng);
+        flight.march = march;
+        end
+    }
+
+    fn collide(&self, ray: Ray, march: &mut March, scattering: bool, flight: &mut Flight, rng: &mut Random) -> End {
         let mut depth = rng.exponential();
         // Collisions with bodies come on top, as their density is no constant of a piece.
-        let mut body = self.body(origin, direction, 0.0, rng);
+        let mut body = self.body(ray, 0.0, rng);
         while let Some((mut here, end)) = march.piece() {
             let cells = self.majorant(march);
             loop {
@@ -121,12 +130,13 @@ impl Media {
                         break;
                     }
                     here = body;
-                    body = self.body(origin, direction, here, rng);
+                    body = self.body(ray, here, rng);
                 } else {
                     here += depth / cells;
                     depth = rng.exponential();
                 }
-                let majorant = cells + self.body_rate(origin + direction * here);
+                let point = ray.origin + ray.direction * here;
+                let majorant = cells + self.body_rate(point);
                 // On a body's surface rounding may find nothing.
                 if majorant == 0.0 {
                     continue;
@@ -136,7 +146,7 @@ impl Media {
                 }
                 flight.collisions -= 1;
 
-                let (sigma_s, sigma_a) = self.look(march, origin + direction * here, here, majorant, flight);
+                let (sigma_s, sigma_a) = self.look(march, point, here, majorant, flight);
                 let null = (DVec3::splat(majorant) - sigma_s - sigma_a).max(DVec3::ZERO);
                 let (real, passed) = (flight.weight.dot(sigma_s), flight.weight.dot(null));
                 if scattering && real > 0.0 {
@@ -155,7 +165,7 @@ impl Media {
             }
             march.advance(&self.media);
         }
-        End::Escaped
+        End::Passed
     }
 
     /// Upper bound of the extinction of all media on the present piece, of any channel [m⁻¹].
@@ -171,14 +181,7 @@ impl Media {
 
     /// σ_s and σ_a at a tentative collision [m⁻¹]; emission is collected, and scatterers are listed.
     #[inline]
-    fn look(
-        &self,
-        march: &March,
-        point: DVec3,
-        distance: f64,
-        majorant: f64,
-        flight: &mut Flight,
-    ) -> (DVec3, DVec3) {
+    fn look(&self, march: &March, point: DVec3, distance: f64, majorant: f64, flight: &mut Flight) -> (DVec3, DVec3) {
         let (mut sigma_s, mut sigma_a, mut emission) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
         flight.scatterers.clear();
         let mut add = |medium: usize, local: Local| {
@@ -202,12 +205,12 @@ impl Media {
     }
 
     /// The distance [m] along a ray of the next collision with a body, beyond `from`; infinite where there is none.
-    fn body(&self, origin: DVec3, direction: DVec3, from: f64, rng: &mut Random) -> f64 {
+    fn body(&self, Ray { origin, direction, limit }: Ray, from: f64, rng: &mut Random) -> f64 {
         self.bodies.iter().fold(f64::INFINITY, |nearest, &index| {
             let medium = &self.media[index];
             let Some([enter, exit]) = kept(&medium.clip, origin, direction) else { return nearest };
             let Some(bodies) = &medium.bodies else { return nearest };
-            let range = [from.max(enter), nearest.min(exit)];
+            let range = [from.max(enter), nearest.min(exit).min(limit)];
             nearest.min(bodies.collision(origin, direction, range, medium.rate(), rng))
         })
     }
@@ -253,6 +256,9 @@ impl Media {
         march: &mut March,
         rng: &mut Random,
     ) -> DVec3 {
+        if self.media.is_empty() {
+            return DVec3::ONE;
+        }
         march.start(&self.media, origin, direction, distance);
         let mut certain = self.body_depth(origin, direction, distance);
         let mut ratio = DVec3::ONE;

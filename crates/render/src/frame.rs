@@ -8,7 +8,8 @@ use tyndall_scene::parameter::Settings;
 use crate::display::Display;
 use crate::graph::{Graph, Tile};
 use crate::resident::{Resident, View};
-use crate::techniques::{Recorded, Recording, chosen};
+use crate::surfaces::GBuffer;
+use crate::techniques::{Recorded, Recording, Role, chosen};
 use crate::{Gpu, RenderError};
 
 /// A frame of one world: passes recorded once, rendered as often as one likes. Rendering allocates nothing.
@@ -16,6 +17,9 @@ pub struct Frame<'a> {
     resident: Resident,
     graph: Graph<'a>,
     film: wgpu::Texture,
+    gbuffer: Option<GBuffer>,
+    /// The camera of the next frame.
+    view: View,
     profiler: wgpu_profiler::GpuProfiler,
     exposure: f32,
     /// Frames rendered since the picture last changed; those with jitter add up.
@@ -24,18 +28,42 @@ pub struct Frame<'a> {
 }
 
 impl<'a> Frame<'a> {
-    /// Uploads the world and records the passes of the technique that its scene asks for.
+    /// Uploads the world and records the passes of the techniques that its scene asks for: what is seen of
+    /// surfaces, their light, and the media before them.
     ///
     /// # Errors
     /// What does not fit the device, settings that are not accepted, and passes that the device refuses.
     pub async fn new(gpu: &'a Gpu, world: &World) -> Result<Self, RenderError> {
         let techniques = chosen(&world.scene)?;
-        let (technique, settings) = techniques.last().expect("media always have a technique");
         let resident = Resident::new(gpu, world).await?;
-        Self::record(gpu, world, resident, settings, technique.record).await
+        let film = film_texture(gpu, resident.film, "film").await?;
+        let mut graph = Graph::new(gpu);
+        let (mut gbuffer, mut behind) = (None, None);
+        if resident.surfaces.count > 0 {
+            gbuffer = Some(GBuffer::record(&mut graph, &resident, &resident.view, &resident.previous).await?);
+            behind = Some(film_texture(gpu, resident.film, "behind").await?);
+        }
+        for (technique, settings) in &techniques {
+            let (film, behind) = match technique.role {
+                Role::Surfaces => (behind.as_ref(), None),
+                _ => (Some(&film), behind.as_ref()),
+            };
+            let Some(film) = film else { continue };
+            let recording = Recording {
+                graph: &mut graph,
+                resident: &resident,
+                settings,
+                film,
+                world,
+                gbuffer: gbuffer.as_ref(),
+                behind,
+            };
+            (technique.record)(recording).await?;
+        }
+        Self::of(graph, world, resident, film, gbuffer)
     }
 
-    /// As [`new`](Self::new), for a world that is on the device, with the passes that `record` records.
+    /// As [`new`](Self::new), of the media of a world that is on the device alone, with the passes that `record` records.
     pub(crate) async fn record(
         gpu: &'a Gpu,
         world: &World,
@@ -43,12 +71,34 @@ impl<'a> Frame<'a> {
         settings: &Settings,
         record: impl for<'r> FnOnce(Recording<'r, 'a>) -> Recorded<'r>,
     ) -> Result<Self, RenderError> {
-        let film = film_texture(gpu, resident.film).await?;
+        let film = film_texture(gpu, resident.film, "film").await?;
         let mut graph = Graph::new(gpu);
-        record(Recording { graph: &mut graph, resident: &resident, settings, film: &film, world }).await?;
-        let profiler = wgpu_profiler::GpuProfiler::new(&gpu.device, wgpu_profiler::GpuProfilerSettings::default())
-            .map_err(|error| RenderError::Pass { pass: "profiler".into(), message: error.to_string() })?;
-        Ok(Self { resident, graph, film, profiler, exposure: world.scene.film.exposure, frames: 0, display: None })
+        let recording = Recording {
+            graph: &mut graph,
+            resident: &resident,
+            settings,
+            film: &film,
+            world,
+            gbuffer: None,
+            behind: None,
+        };
+        record(recording).await?;
+        Self::of(graph, world, resident, film, None)
+    }
+
+    fn of(
+        graph: Graph<'a>,
+        world: &World,
+        resident: Resident,
+        film: wgpu::Texture,
+        gbuffer: Option<GBuffer>,
+    ) -> Result<Self, RenderError> {
+        let profiler =
+            wgpu_profiler::GpuProfiler::new(&graph.gpu().device, wgpu_profiler::GpuProfilerSettings::default())
+                .map_err(|error| RenderError::Pass { pass: "profiler".into(), message: error.to_string() })?;
+        let view = resident.view_of(&world.scene.camera);
+        let exposure = world.scene.film.exposure;
+        Ok(Self { resident, graph, film, gbuffer, view, profiler, exposure, frames: 0, display: None })
     }
 
     /// Radiance (rgb) and opacity (a) as last rendered, `Rgba32Float`, linear Rec. 709.
@@ -56,13 +106,22 @@ impl<'a> Frame<'a> {
         &self.film
     }
 
+    /// What was seen of surfaces as last rendered, motion since the frame before among it; `None` where there are none.
+    pub fn gbuffer(&self) -> Option<&GBuffer> {
+        self.gbuffer.as_ref()
+    }
+
     /// Moves the camera; the next rendering shows it.
     pub fn set_camera(&mut self, camera: &Camera) {
         self.frames = 0;
-        let view = View::new(camera, self.resident.film, self.resident.environment, self.resident.sky_rotation());
+        self.view = self.resident.view_of(camera);
+        self.write_view(&self.resident.view);
+    }
+
+    fn write_view(&self, buffer: &wgpu::Buffer) {
         let mut bytes = encase::StorageBuffer::new([0u8; View::SHADER_SIZE.get() as usize]);
-        bytes.write(&view).expect("the array has the view's size");
-        self.graph.gpu().queue.write_buffer(&self.resident.view, 0, &bytes.into_inner());
+        bytes.write(&self.view).expect("the array has the view's size");
+        self.graph.gpu().queue.write_buffer(buffer, 0, &bytes.into_inner());
     }
 
     /// Submits the passes that fill the film. Where a technique jitters its samples, the film holds the mean of the frames
@@ -71,6 +130,7 @@ impl<'a> Frame<'a> {
         for tile in self.tiles() {
             self.render_tile(tile);
         }
+        self.write_view(&self.resident.previous);
         self.frames += 1;
     }
 
@@ -143,9 +203,9 @@ fn collect(queries: &[wgpu_profiler::GpuTimerQueryResult], times: &mut Vec<(Stri
     }
 }
 
-async fn film_texture(gpu: &Gpu, [width, height]: [u32; 2]) -> Result<wgpu::Texture, RenderError> {
+async fn film_texture(gpu: &Gpu, [width, height]: [u32; 2], label: &str) -> Result<wgpu::Texture, RenderError> {
     gpu.texture(&wgpu::TextureDescriptor {
-        label: Some("film"),
+        label: Some(label),
         size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
         mip_level_count: 1,
         sample_count: 1,

@@ -15,6 +15,8 @@ pub mod math;
 mod probe;
 mod renderer;
 pub mod resident;
+pub mod shadows;
+pub mod surfaces;
 pub mod techniques;
 #[cfg(test)]
 mod test;

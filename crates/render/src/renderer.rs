@@ -45,10 +45,17 @@ pub async fn render(
     Ok(Rendering { image: Image { width, height, pixels, ..Default::default() }, passes })
 }
 
-/// Reads a `Rgba32Float` film back, without its opacity, in bands so that little memory is needed beside the image.
+/// Reads a `Rgba32Float` film back, without its opacity.
 pub(crate) async fn read_film(gpu: &Gpu, film: &wgpu::Texture) -> Result<Vec<[f32; 3]>, RenderError> {
+    let texels: Vec<[f32; 4]> = read_texels(gpu, film).await?;
+    Ok(texels.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect())
+}
+
+/// Reads a texture's texels back, in bands so that little memory is needed beside them.
+pub(crate) async fn read_texels<T: bytemuck::Pod>(gpu: &Gpu, film: &wgpu::Texture) -> Result<Vec<T>, RenderError> {
     let (width, height) = (film.width(), film.height());
-    let row = (width * 16).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let size = size_of::<T>() as u32;
+    let row = (width * size).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
     let band = ((16 << 20) / row).clamp(1, height);
     let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("film band"),
@@ -76,8 +83,8 @@ pub(crate) async fn read_film(gpu: &Gpu, film: &wgpu::Texture) -> Result<Vec<[f3
         gpu.queue.submit([encoder.finish()]);
         let bytes = map(gpu, &buffer).await?;
         for line in bytes.chunks_exact(row as usize).take(rows as usize) {
-            let texels: &[[f32; 4]] = bytemuck::cast_slice(&line[..width as usize * 16]);
-            pixels.extend(texels.iter().map(|[r, g, b, _]| [*r, *g, *b]));
+            let texels = line[..(width * size) as usize].chunks_exact(size as usize);
+            pixels.extend(texels.map(bytemuck::pod_read_unaligned::<T>));
         }
         drop(bytes);
         buffer.unmap();

@@ -12,7 +12,7 @@ use crate::field::{Expression, Formula, Fractal, Noise, Sphere};
 use crate::particles::{Emission, Here, Particles, read_particles};
 use crate::phase::PhaseFunction;
 use crate::strands::{Strands, grow, read_strands};
-use crate::surface::{self, Surface};
+use crate::surface::{self, Surface, TextureError};
 use crate::volume::{Budget, FileError, Grid, Mesh, VolumeError, read_grid, read_mesh};
 use crate::{Color, EnvironmentError, EnvironmentMap, FieldError, PlacedGrid, Temperature, document};
 
@@ -211,15 +211,25 @@ pub enum LoadError {
         /// What is wrong with it.
         source: EnvironmentError,
     },
-    /// A medium's transforms overflow or cannot be inverted.
+    /// A texture is not what it should be.
+    #[error("{path}: {file:?}: {source}")]
+    Texture {
+        /// The field that names the asset.
+        path: String,
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        source: TextureError,
+    },
+    /// A medium's or surface's transforms overflow or cannot be inverted.
     #[error("{path}: {SINGULAR}")]
     Singular {
-        /// The medium's transform.
+        /// The transform.
         path: String,
     },
 }
 
-const SINGULAR: &str = "found a map from the medium to the world that 32-bit numbers do not hold or that has no inverse; \
+const SINGULAR: &str = "found a map to the world that 32-bit numbers do not hold or that has no inverse; \
                         accepted: a scale and a box that are neither too large nor too small together";
 
 impl LoadError {
@@ -236,12 +246,14 @@ impl LoadError {
             }
             LoadError::Volume { file, source, .. } => format!("{file:?}: {source}"),
             LoadError::Environment { file, source, .. } => format!("{file:?}: {source}"),
+            LoadError::Texture { file, source, .. } => format!("{file:?}: {source}"),
             LoadError::Singular { .. } => SINGULAR.into(),
         };
         let (LoadError::Field(FieldError { path, .. })
         | LoadError::Asset { path, .. }
         | LoadError::Volume { path, .. }
         | LoadError::Environment { path, .. }
+        | LoadError::Texture { path, .. }
         | LoadError::Singular { path }) = self;
         document.at(path, &message)
     }
@@ -280,7 +292,8 @@ impl World {
                 color,
             });
         }
-        let surfaces = surface::load(&scene)?;
+        let assets = Hashed::new(loader.assets, &mut loader.hasher);
+        let surfaces = surface::load(&scene, &assets, &mut loader.left)?;
         let lights = scene.lights.clone();
         let environment = loader.environment(&scene)?;
         let hash = loader.hasher.finalize().to_hex().to_string();

@@ -160,7 +160,8 @@ fn a_fibre_is_a_cylinder() {
 #[test]
 fn strands_multiply() {
     let strands = strands(40, 6, 0.15);
-    let world = world(vec![medium(Field::Strands(Arc::new(strands.clone())), grey(0.1, 0.1, Phase::Isotropic))], vec![]);
+    let world =
+        world(vec![medium(Field::Strands(Arc::new(strands.clone())), grey(0.1, 0.1, Phase::Isotropic))], vec![]);
     let tracer = Tracer::new(&world).unwrap();
     for (from, way) in rays(12) {
         let n = 60_000;

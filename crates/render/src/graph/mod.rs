@@ -6,14 +6,14 @@
 //! an error that names pass and binding. Recording makes pipelines and bind groups; executing allocates nothing.
 //!
 //! What a pass runs over is said last: `over_film`, an invocation a pixel; `dispatch`, so many workgroups, once a frame;
-//! `draw`, triangles blended into a target.
+//! `draw`, triangles into a target.
 
 mod bindings;
 mod raster;
 mod shader;
 
 pub use bindings::{BindingError, Bindings, Resource};
-pub use raster::Draw;
+pub use raster::{Draw, Region, Target};
 pub(crate) use shader::shader;
 pub use shader::{BindingKind, Reflected, Reflection, Shader};
 
@@ -22,6 +22,7 @@ use std::marker::PhantomData;
 use encase::ShaderSize;
 
 use crate::resident::Resident;
+use crate::shadows::Shadows;
 use crate::{Gpu, RenderError};
 
 /// A rectangle of the film, in pixels, and which of a pass's rounds over it, and of the frames since the picture last
@@ -60,8 +61,19 @@ enum Work {
     OverFilm(wgpu::ComputePipeline, [u32; 3]),
     /// So many workgroups, once a frame.
     Dispatch(wgpu::ComputePipeline, [u32; 3]),
-    /// Triangles, a batch a round.
-    Draw(raster::Drawing),
+    /// Triangles, a batch of instances a round.
+    Draw(Box<raster::Drawing>),
+}
+
+impl Work {
+    /// Whether it runs once a frame, not once a tile.
+    fn once(&self) -> bool {
+        match self {
+            Work::OverFilm(..) => false,
+            Work::Dispatch(..) => true,
+            Work::Draw(drawing) => drawing.once(),
+        }
+    }
 }
 
 impl<'a> Graph<'a> {
@@ -94,7 +106,7 @@ impl<'a> Graph<'a> {
     /// frame does so with the first tile.
     pub fn submit(&self, tile: Tile, profiler: &mut wgpu_profiler::GpuProfiler) {
         let first = tile.origin == glam::UVec2::ZERO;
-        for pass in self.passes.iter().filter(|pass| first || !matches!(pass.work, Work::Dispatch(..))) {
+        for pass in self.passes.iter().filter(|pass| first || !pass.work.once()) {
             for round in 0..pass.rounds {
                 let mut bytes = encase::StorageBuffer::new([0u8; Tile::SHADER_SIZE.get() as usize]);
                 bytes.write(&Tile { round, ..tile }).expect("the array has the tile's size");
@@ -168,7 +180,7 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
         self
     }
 
-    /// The world: of what `resident/volume.wesl` and `sky.wesl` bind and are specialised for, as much as the shader uses.
+    /// The world: of what `resident/volume.wesl`, `surface.wesl` and `sky.wesl` bind and are specialised for, as much as the shader uses.
     pub fn world(mut self, resident: &Resident) -> Self {
         if let Some(source) = resident.expressions.as_ref().and_then(|text| text.splice(&self.shader.source)) {
             self.shader.source = source.into();
@@ -197,7 +209,7 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
                 self = self.constant(name, value);
             }
         }
-        let resources: [(_, Resource); 8] = [
+        let resources: [(_, Resource); 12] = [
             ("volumes", (&resident.volumes).into()),
             ("extras", (&resident.extras).into()),
             ("bricks", (&resident.bricks).into()),
@@ -206,6 +218,10 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             ("phases", (&resident.phases).into()),
             ("sky", (&resident.sky).into()),
             ("linear", (&resident.linear).into()),
+            ("vertices", (&resident.surfaces.vertices).into()),
+            ("triangles", (&resident.surfaces.triangles).into()),
+            ("materials", (&resident.surfaces.materials).into()),
+            ("texels", (&resident.surfaces.texels).into()),
         ];
         for (name, resource) in resources {
             if reflection.bindings.iter().any(|used| used.name == name) {
@@ -213,6 +229,11 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             }
         }
         self
+    }
+
+    /// Shadow maps, for `shadows/lookup.wesl`.
+    pub fn shadows(self, shadows: &Shadows) -> Self {
+        self.constant("SHADOWS", shadows.any).read("shadow_maps", &shadows.maps).read("shadow_atlas", &shadows.atlas)
     }
 
     /// Makes what the pass works with and its bind group, and appends it to the list.

@@ -1,5 +1,7 @@
 //! Functions that shaders share (`*.wesl`), each beside its Rust twin.
 
+pub mod brdf;
+pub mod octahedral;
 pub mod phase;
 pub mod ray;
 pub mod slab;

@@ -2,21 +2,27 @@
 
 mod atlas;
 mod bricks;
+pub(crate) mod environment;
 pub mod expression;
 mod light;
 mod sky;
+pub mod surfaces;
 mod tables;
 mod traits;
 mod view;
 mod volume;
+mod walk;
 
 use std::sync::Arc;
 
+use tyndall_scene::description::Camera;
 use tyndall_scene::{EnvironmentMap, World};
 
 pub use light::{Light, Lights};
+pub use surfaces::Surfaces;
 pub use view::View;
 pub use volume::{MAX_VOLUMES, Volume};
+pub(crate) use walk::Stride;
 
 use atlas::Atlas;
 use bricks::Bricks;
@@ -30,6 +36,8 @@ use crate::{Gpu, RenderError};
 pub struct Resident {
     /// The camera and the film, as a buffer.
     pub view: wgpu::Buffer,
+    /// The camera of the frame before, as a buffer.
+    pub previous: wgpu::Buffer,
     /// [`MAX_VOLUMES`] of [`Volume`], as a buffer.
     pub volumes: wgpu::Buffer,
     /// The bricks of all volumes, as a texture of bits.
@@ -48,6 +56,10 @@ pub struct Resident {
     pub linear: wgpu::Sampler,
     /// What pipelines can be specialised for.
     pub traits: Traits,
+    /// The lowest and the highest corner of a box around all surfaces and media [m].
+    pub bounds: Option<[glam::Vec3; 2]>,
+    /// The surfaces.
+    pub surfaces: Surfaces,
     /// Lights but the environment, for techniques to extend and upload.
     pub lights: Vec<Light>,
     /// Radiance of the constant environment [W·sr⁻¹·m⁻²].
@@ -80,6 +92,7 @@ impl Resident {
         volume::check(&world.volumes)?;
         let (lights, environment) = light::encode(&world.lights);
         let view = View::new(&world.scene.camera, film, environment, rotation(world.environment.as_deref()));
+        let surfaces = Surfaces::new(gpu, &world.surfaces).await?;
         let atlas = Atlas::new(gpu, &world.volumes).await?;
         let mut bricks = Bricks::new(&atlas);
         let (volumes, extras) = volume::encode(&world.volumes, &mut bricks);
@@ -87,6 +100,7 @@ impl Resident {
         Ok(Self {
             atlas: atlas.texture,
             view: gpu.buffer("view", &view),
+            previous: gpu.buffer("previous", &view),
             volumes: gpu.buffer("volumes", &volumes),
             bricks,
             extras: gpu.buffer("extras", &extras),
@@ -100,6 +114,8 @@ impl Resident {
                 ..Default::default()
             }),
             traits: Traits::of(&world.volumes),
+            bounds: bounds(&surfaces, world),
+            surfaces,
             lights,
             environment,
             sky: sky::texture(gpu, world.environment.as_deref()).await?,
@@ -117,10 +133,25 @@ impl Resident {
         Ok(())
     }
 
+    /// A camera's view of the film and the environment.
+    pub(crate) fn view_of(&self, camera: &Camera) -> View {
+        View::new(camera, self.film, self.environment, self.sky_rotation())
+    }
+
     /// How far the environment map is turned [rad].
     pub fn sky_rotation(&self) -> f32 {
         rotation(self.map.as_deref())
     }
+}
+
+/// A box around all surfaces and media.
+fn bounds(surfaces: &Surfaces, world: &World) -> Option<[glam::Vec3; 2]> {
+    let corners = world.volumes.iter().flat_map(|volume| {
+        let unit = (0..8u32).map(|k| glam::uvec3(k & 1, k >> 1 & 1, k >> 2).as_vec3());
+        unit.map(|corner| volume.world_from_unit.transform_point3(corner))
+    });
+    let all = corners.map(|corner| [corner; 2]).chain(surfaces.bounds);
+    all.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
 }
 
 fn rotation(map: Option<&EnvironmentMap>) -> f32 {

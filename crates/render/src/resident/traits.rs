@@ -3,6 +3,7 @@
 use tyndall_scene::description::Optics;
 use tyndall_scene::field::MAX_OCTAVES;
 use tyndall_scene::phase::PhaseFunction;
+use tyndall_scene::volume::BRICK_CELLS;
 use tyndall_scene::{Field, Volume};
 
 use super::volume::{diagonal, voxel};
@@ -73,6 +74,22 @@ impl Traits {
             diagonals: volumes.iter().map(diagonal).collect(),
             voxel: volumes.iter().map(voxel).reduce(f32::min).unwrap_or(1.0),
         }
+    }
+}
+
+impl Traits {
+    /// Loop iterations that a march to a light takes at most, with steps of so many voxels. Every loop counts, also those that a
+    /// compiler would unroll.
+    pub fn iterations(&self, step: f32) -> u64 {
+        // A ray steps through each volume, and once more at each of its boundaries. A volume may be absurdly long.
+        let count = |step: f32| {
+            let steps = self.diagonals.iter().map(|voxels| ((voxels / step).ceil() as u64).saturating_add(2));
+            steps.fold(1u64, u64::saturating_add)
+        };
+        let per_step = 2 + 3 * u64::from(self.count) + u64::from(self.loops);
+        // Bricks on the way, each of which may be passed over in an iteration; or a step, if that is longer.
+        let bricks = count(step.max(BRICK_CELLS as f32 / 3.0));
+        count(step).saturating_add(bricks).saturating_mul(per_step).saturating_add(u64::from(self.count))
     }
 }
 

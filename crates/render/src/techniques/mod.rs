@@ -1,6 +1,7 @@
 //! Techniques: a folder each, and a line here. The build lists the folders.
 
 pub mod cells;
+pub mod direct;
 pub mod march;
 pub mod project;
 pub mod slicing;
@@ -15,6 +16,7 @@ use tyndall_scene::{Field, FieldError, World};
 use crate::RenderError;
 use crate::graph::Graph;
 use crate::resident::Resident;
+use crate::surfaces::GBuffer;
 
 /// Every technique, in the order of their names.
 pub const TECHNIQUES: &[Technique] = &include!(concat!(env!("OUT_DIR"), "/techniques.rs"));
@@ -37,7 +39,8 @@ impl Role {
         match self {
             Role::Media if meshes && !scene.media.is_empty() => Some(&cells::TECHNIQUE),
             Role::Media => Some(&march::TECHNIQUE),
-            Role::Shadows | Role::Surfaces => None,
+            Role::Surfaces => Some(&direct::TECHNIQUE),
+            Role::Shadows => None,
         }
     }
 }
@@ -66,6 +69,22 @@ const SAMPLES: Parameter = Parameter {
     kind: Kind::Count { min: 1, max: 1024, default: 1 },
 };
 
+/// As how many parallel lights the environment shines.
+const ENVIRONMENT_DIRECTIONS: Parameter = Parameter {
+    name: "environment_directions",
+    help: "Directions from which the environment shines (0: it is only seen behind everything)",
+    unit: "",
+    kind: Kind::Count { min: 0, max: 1024, default: 16 },
+};
+
+/// As how many points surfaces that emit shine.
+const AREA_POINTS: Parameter = Parameter {
+    name: "area_points",
+    help: "Points on surfaces that emit, all together, from which they shine (0: they are only seen)",
+    unit: "",
+    kind: Kind::Count { min: 0, max: 4096, default: 16 },
+};
+
 /// What a technique of blended layers computes.
 const LAYERED_MODEL: Parameter = Parameter {
     name: "model",
@@ -85,7 +104,8 @@ pub struct Technique {
     pub role: Role,
     /// Its parameters; scene files, `--set`, `tyndall info` and documentation are driven by them.
     pub parameters: &'static [Parameter],
-    /// Records the passes that fill the film: radiance (rgb) and opacity (a), `Rgba32Float`.
+    /// Records the passes that fill the film, `Rgba32Float`: of surfaces, their radiance (rgb) and their distance along the camera
+    /// ray [m] (a), 1e30 where there are none; of media, the picture's radiance (rgb) and opacity (a).
     pub record: for<'r> fn(Recording<'r, '_>) -> Recorded<'r>,
 }
 
@@ -101,6 +121,10 @@ pub struct Recording<'r, 'a> {
     pub film: &'r wgpu::Texture,
     /// The world that is on the device.
     pub world: &'r World,
+    /// What is seen of surfaces; `None` where there are none.
+    pub gbuffer: Option<&'r GBuffer>,
+    /// What the technique of surfaces has filled, for the one of media.
+    pub behind: Option<&'r wgpu::Texture>,
 }
 
 /// A recording in progress; it waits for the device's verdict on each pass.
@@ -137,7 +161,7 @@ pub fn chosen(scene: &tyndall_scene::Scene) -> Result<Vec<(&'static Technique, S
 
 /// Refuses what is no field over a box (unstructured meshes, particles, strands), in the name of a technique that does not
 /// render it.
-fn only_fields(world: &World, technique: &str) -> Result<(), RenderError> {
+fn without_meshes(world: &World, technique: &str) -> Result<(), RenderError> {
     for volume in &world.volumes {
         let (density, what, accepted) = match &volume.field {
             Field::Mesh(_) => ("mesh", "a mesh", "a mesh with techniques.cells"),
@@ -154,6 +178,19 @@ fn only_fields(world: &World, technique: &str) -> Result<(), RenderError> {
         .into());
     }
     Ok(())
+}
+
+/// Refuses surfaces, in the name of a technique whose media do not end at them.
+fn without_surfaces(world: &World, technique: &str) -> Result<(), RenderError> {
+    match world.surfaces.first() {
+        None => Ok(()),
+        Some(surface) => Err(FieldError {
+            path: format!("surfaces.{}", surface.name),
+            found: format!("a surface, with techniques.{technique}"),
+            accepted: format!("surfaces with techniques.{}", march::TECHNIQUE.name),
+        }
+        .into()),
+    }
 }
 
 /// Refuses what only marching renders, in the name of another technique.

@@ -4,8 +4,8 @@ use encase::private::StructMetadata;
 use encase::{ShaderSize, ShaderType};
 
 use crate::graph::{Shader, Tile};
-use crate::resident::{Light, View, Volume};
-use crate::{display, techniques};
+use crate::resident::{Light, Stride, View, Volume, surfaces};
+use crate::{display, shadows, techniques};
 
 /// Every shader that the build linked.
 const SHADERS: &[Shader] = &include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
@@ -48,7 +48,7 @@ fn shared_structs_have_one_layout() {
     assert_eq!(rust_layout::<Volume, _>(), shader_layout(march, "Volume"));
     assert_eq!(rust_layout::<Light, _>(), shader_layout(march, "Light"));
     assert_eq!(rust_layout::<techniques::march::March, _>(), shader_layout(march, "March"));
-    assert_eq!(rust_layout::<techniques::march::Stride, _>(), shader_layout(march, "Stride"));
+    assert_eq!(rust_layout::<Stride, _>(), shader_layout(march, "Stride"));
     assert_eq!(rust_layout::<techniques::march::Scattering, _>(), shader_layout(march, "Scattering"));
     assert_eq!(rust_layout::<techniques::march::Upsample, _>(), shader_layout("techniques/march/upsample", "Upsample"));
     assert_eq!(techniques::march::PATH_BYTES, shader_layout(march, "Path").1);
@@ -56,6 +56,12 @@ fn shared_structs_have_one_layout() {
         rust_layout::<techniques::slicing::Slicing, _>(),
         shader_layout("techniques/slicing/slicing", "Slicing")
     );
+    let surface = "test/probes/surface";
+    assert_eq!(rust_layout::<surfaces::Vertex, _>(), shader_layout(surface, "Vertex"));
+    assert_eq!(rust_layout::<surfaces::Material, _>(), shader_layout(surface, "Material"));
+    assert_eq!(rust_layout::<shadows::Cast, _>(), shader_layout("shadows/fit", "Cast"));
+    assert_eq!(rust_layout::<shadows::Fit, _>(), shader_layout("shadows/fit", "Fit"));
+    assert_eq!(rust_layout::<techniques::direct::Direct, _>(), shader_layout("techniques/direct/direct", "Direct"));
     let splats = "techniques/splatting/splats";
     assert_eq!(rust_layout::<techniques::splatting::Splat, _>(), shader_layout(splats, "Splat"));
     assert_eq!(rust_layout::<techniques::splatting::Kernel, _>(), shader_layout(splats, "Kernel"));

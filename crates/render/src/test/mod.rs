@@ -5,7 +5,7 @@ mod display;
 mod golden;
 mod layout;
 mod limits;
-mod probe;
+pub mod probe;
 pub mod tolerance;
 
 use std::sync::Arc;

@@ -8,12 +8,17 @@ use tyndall_scene::phase::{Blend, PhaseFunction, PhaseTable};
 
 use super::{gpu, tolerance};
 use crate::Gpu;
-use crate::graph::{Bindings, Shader, shader};
-use crate::math::{phase, ray, slab};
+use crate::graph::{Bindings, Resource, Shader, shader};
+use crate::math::{brdf, octahedral, phase, ray, slab};
 use crate::resident::expression::Expressions;
 
 /// Runs a probe: a shader that maps `input` to `output`, an invocation an element.
-fn probe(gpu: &Gpu, shader: &'static Shader, input: &[Vec4]) -> Vec<Vec4> {
+pub fn probe(gpu: &Gpu, shader: &'static Shader, input: &[Vec4]) -> Vec<Vec4> {
+    probe_with(gpu, shader, input, &[])
+}
+
+/// As [`probe`], with what else the shader reads.
+pub fn probe_with(gpu: &Gpu, shader: &Shader, input: &[Vec4], also: &[(&'static str, Resource<'_>)]) -> Vec<Vec4> {
     assert_eq!(input.len() % 64, 0, "whole workgroups");
     let source = gpu.buffer("input", &input.to_vec());
     let size = source.size();
@@ -33,6 +38,9 @@ fn probe(gpu: &Gpu, shader: &'static Shader, input: &[Vec4]) -> Vec<Vec4> {
     let mut bindings = Bindings::default();
     bindings.read("input", (&source).into());
     bindings.write("output", (&target).into());
+    for &(name, resource) in also {
+        bindings.read(name, resource);
+    }
     bindings.check("probe", &reflection).unwrap();
     let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(shader.name),
@@ -59,13 +67,13 @@ fn probe(gpu: &Gpu, shader: &'static Shader, input: &[Vec4]) -> Vec<Vec4> {
 }
 
 /// Numbers in [0, 1), evenly spread: the fractional parts of multiples of irrational numbers.
-fn spread(i: usize, dimension: usize) -> f32 {
+pub fn spread(i: usize, dimension: usize) -> f32 {
     const IRRATIONAL: [f64; 6] =
         [0.754_877_666, 0.569_840_291, 0.618_033_989, 0.414_213_562, 0.732_050_808, 0.236_067_977];
     (i as f64 * IRRATIONAL[dimension]).fract() as f32
 }
 
-fn assert_close(found: f64, expected: f64, tolerance: f64, at: impl std::fmt::Debug) {
+pub fn assert_close(found: f64, expected: f64, tolerance: f64, at: impl std::fmt::Debug) {
     let error = (found - expected).abs() / expected.abs().max(1.0);
     assert!(error <= tolerance, "{found} for {expected} at {at:?}");
 }
@@ -101,6 +109,52 @@ fn phase_functions_equal_their_twins() {
         let coordinate = phase::phase_table_coordinate(cos_theta);
         assert_close(found[0].y.into(), coordinate, tolerance::PROBE, pair);
         assert!((coordinate - PhaseTable::coordinate(cos_theta)).abs() < 1e-8, "{cos_theta}");
+    }
+}
+
+#[test]
+fn brdfs_equal_their_twin() {
+    static BRDF: Shader = shader!("test/probes/brdf");
+    let Some(gpu) = gpu() else { return };
+    let direction = |i: usize, d: usize| {
+        let (z, phi) = (spread(i, d) * 1.1 - 0.1, spread(i, d + 1) * std::f32::consts::TAU);
+        Vec3::new((1.0 - z * z).sqrt() * phi.cos(), (1.0 - z * z).sqrt() * phi.sin(), z)
+    };
+    let input: Vec<_> = (0..6400)
+        .flat_map(|i| {
+            let light = direction(i, 0);
+            // Every third viewer is near the mirrored direction, where lobes peak.
+            let mirrored = (light * Vec3::new(-1.0, -1.0, 1.0) + 0.02 * direction(i, 1)).normalize();
+            let viewer = if i % 3 == 0 { mirrored } else { direction(i, 2) };
+            let base = Vec3::new(spread(i, 4), spread(i, 5), 0.5).extend([1, 1, 1, 0, 2, 3][i % 6] as f32);
+            let alpha = (spread(i, 3).powi(2)).max(0.001);
+            [base, Vec4::new(spread(i, 0), alpha, 0.0, 0.0), light.extend(0.0), viewer.extend(0.0)]
+        })
+        .collect();
+    for (case, found) in input.chunks(4).zip(probe(&gpu, &BRDF, &input).chunks(4)) {
+        let [base, b, light, viewer] = [0, 1, 2, 3].map(|k| case[k].as_dvec4());
+        let twin = brdf::Brdf { kind: base.w as u32, base: base.truncate(), metallic: b.x, alpha: b.y };
+        let expected = twin.value(DVec3::Z, light.truncate(), viewer.truncate());
+        // The half vector is rounded by 2⁻²⁴; the lobe changes within α.
+        for c in 0..3 {
+            assert_close(found[0][c].into(), expected[c], tolerance::PROBE / b.y, case);
+        }
+    }
+}
+
+#[test]
+fn directions_come_back_packed() {
+    static OCTAHEDRAL: Shader = shader!("test/probes/octahedral");
+    let Some(gpu) = gpu() else { return };
+    let mut input: Vec<_> =
+        (0..6400).map(|i| (Vec3::from([0, 1, 2].map(|d| spread(i, d))) - 0.5).normalize().extend(0.0)).collect();
+    let axes = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| axis.extend(0.0));
+    input[..6].copy_from_slice(&[axes[0], axes[1], axes[2], -axes[0], -axes[1], -axes[2]]);
+    for (x, found) in input.iter().zip(probe(&gpu, &OCTAHEDRAL, &input)) {
+        let x = x.truncate().as_dvec3();
+        let twin = octahedral::unpack_direction(octahedral::pack_direction(x));
+        assert!(found.truncate().as_dvec3().distance(x) < tolerance::PROBE_PACKED, "{x} {found}");
+        assert!(twin.distance(x) < tolerance::PROBE_PACKED, "{x} {twin}");
     }
 }
 

@@ -36,6 +36,17 @@ impl Scene {
             let found = format!("a second environment map, beside lights.{first}");
             return invalid(&format!("lights.{second}.environment"), found, "one in a scene");
         }
+        for (name, surface) in &self.surfaces {
+            surface.check(&format!("surfaces.{name}"))?;
+            if let Some(material) = &surface.material
+                && !self.materials.contains_key(material)
+            {
+                let known = self.materials.keys().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
+                let accepted =
+                    format!("one of the scene's materials: {}", if known.is_empty() { "none" } else { &known });
+                return invalid(&format!("surfaces.{name}.material"), format!("{material:?}"), &accepted);
+            }
+        }
         for (name, medium) in &self.media {
             match &medium.density {
                 Density::Homogeneous { min, max } if min.cmpge(*max).any() => {

@@ -30,7 +30,7 @@ pub use grids::{ColorGrids, TemperatureGrid};
 pub use light::Light;
 pub use medium::{Coefficients, Density, Medium, Optics, Raw, Transform};
 pub use phase::{Angle, Mie, Phase, Relative};
-pub use surface::{Edge, Material, Shape, Surface};
+pub use surface::{Corner, Edge, Material, Shape, Surface};
 pub use transfer::{GradientStop, Isosurface, Shading, Stop, Transfer, Window};
 
 use crate::parameter::Value;

@@ -158,6 +158,10 @@ whole!(
     /// How many clumps hair has.
     Clumps, "a whole number from 1 to 4096", 1u32, 4096u32
 );
+whole!(
+    /// The place of a vertex in a list.
+    VertexIndex, "a whole number from 0 to 4294967295", 0u32, u32::MAX
+);
 
 /// A number written as integer or float.
 struct Number(&'static str);

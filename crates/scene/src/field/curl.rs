@@ -88,8 +88,7 @@ mod test {
         let (mut worst, mut steepest) = (0.0f32, 0.0f32);
         for i in 0..2000 {
             let x = somewhere(i) * 0.1;
-            let slope =
-                |axis: Vec3| (curl.value(x + h * axis) - curl.value(x - h * axis)).dot(axis) / (2.0 * h);
+            let slope = |axis: Vec3| (curl.value(x + h * axis) - curl.value(x - h * axis)).dot(axis) / (2.0 * h);
             let parts = [Vec3::X, Vec3::Y, Vec3::Z].map(slope);
             worst = worst.max(parts.iter().sum::<f32>().abs());
             steepest = steepest.max(parts[0].abs());

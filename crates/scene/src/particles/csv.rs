@@ -1,17 +1,15 @@
 //! Particles from a table of text: a header that names the columns, then a particle a line.
 
-use super::columns::{COLUMNS, NAMES, Rows, column};
 use super::Particles;
+use super::columns::{COLUMNS, NAMES, Rows, column};
 use crate::description::BodyFile;
 use crate::volume::{Budget, VolumeError};
 
 /// Reads a table, its fields parted by commas. Columns of other names are ignored, and so are empty lines and what follows
 /// a `#` at a line's start.
 pub(super) fn read(bytes: &[u8], given: &BodyFile, budget: Budget) -> Result<Particles, VolumeError> {
-    let text = str::from_utf8(bytes).map_err(|error| VolumeError::Truncated {
-        what: "a line that is no UTF-8",
-        at: error.valid_up_to() as u64,
-    })?;
+    let text = str::from_utf8(bytes)
+        .map_err(|error| VolumeError::Truncated { what: "a line that is no UTF-8", at: error.valid_up_to() as u64 })?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let lines = text.lines().enumerate().map(|(number, line)| (number + 1, line.trim()));
     let mut lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));

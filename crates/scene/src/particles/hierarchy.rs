@@ -89,14 +89,7 @@ impl Hierarchy {
     /// length, in which `from` and `to` count). `visit` is told a body and the end of the ray, and gives what is to be its
     /// end from then on.
     #[inline]
-    pub fn along(
-        &self,
-        origin: DVec3,
-        direction: DVec3,
-        from: f64,
-        to: f64,
-        mut visit: impl FnMut(usize, f64) -> f64,
-    ) {
+    pub fn along(&self, origin: DVec3, direction: DVec3, from: f64, to: f64, mut visit: impl FnMut(usize, f64) -> f64) {
         let inverse = direction.recip();
         let mut end = to;
         let mut waiting = [(0u32, from); DEEPEST];

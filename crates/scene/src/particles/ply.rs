@@ -161,8 +161,7 @@ impl Header {
                             // What stands before the vertices is skipped.
                             false if found.is_none() && lists && count > 0 => return Err(unsupported()),
                             false if found.is_none() => {
-                                before =
-                                    [0, 1].map(|i| sizes[i].saturating_mul(count).saturating_add(before[i]));
+                                before = [0, 1].map(|i| sizes[i].saturating_mul(count).saturating_add(before[i]));
                             }
                             false => {}
                         }
@@ -197,7 +196,8 @@ impl Header {
         {
             found = found.or(Some(count));
         }
-        let missing = |what: &str| VolumeError::Unsupported { found: format!("a header without {what}"), accepted: ACCEPTED };
+        let missing =
+            |what: &str| VolumeError::Unsupported { found: format!("a header without {what}"), accepted: ACCEPTED };
         let coding = coding.ok_or_else(|| missing("`format`"))?;
         let count = found.ok_or_else(|| missing("`element vertex`"))?;
         Ok(Self { coding, before, count, properties, length: at })

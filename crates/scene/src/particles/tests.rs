@@ -42,7 +42,8 @@ fn the_profile_is_the_integral_of_the_density() {
     for impact in [0.0f32, 0.2, 0.5, 0.9, 1.0, 1.3] {
         let n = 2000;
         let step = 0.8 / f64::from(n);
-        let at = |i: i32| particle.density(center + DVec3::new(0.3 * f64::from(impact), f64::from(i) * step - 0.4, 0.0));
+        let at =
+            |i: i32| particle.density(center + DVec3::new(0.3 * f64::from(impact), f64::from(i) * step - 0.4, 0.0));
         let sum: f64 = (0..=n).map(|i| at(i) * [2.0, 4.0][i as usize % 2]).sum::<f64>() - at(0) - at(n);
         let expected = f64::from(particle.depth * Particle::profile(impact));
         assert!((sum * step / 3.0 - expected).abs() < 1e-6, "{impact}: {} is not {expected}", sum * step / 3.0);
@@ -98,12 +99,24 @@ fn refusals_say_what_is_accepted() {
     let csv = |text: &str| plain("a.csv", text).unwrap_err();
     for (text, message) in [
         ("", "not a CSV file: it begins with \"\"; accepted: a line that names the columns"),
-        ("x,y,z,radius,opacity\n1,2,3,-1,0.5\n", "the file is corrupt: the radius of particle 0 is -1.0; accepted: 1e-7 to 1e6 m"),
-        ("x,y,z,radius,opacity\n1,2,nan,1,0.5", "the file is corrupt: the position of particle 0 is [1.0, 2.0, NaN]; accepted: at most 1e9 m from the origin"),
-        ("x,y,z,radius,opacity\n1,2,3,1,1.5", "the file is corrupt: the opacity of particle 0 is 1.5; accepted: 0 to 1"),
+        (
+            "x,y,z,radius,opacity\n1,2,3,-1,0.5\n",
+            "the file is corrupt: the radius of particle 0 is -1.0; accepted: 1e-7 to 1e6 m",
+        ),
+        (
+            "x,y,z,radius,opacity\n1,2,nan,1,0.5",
+            "the file is corrupt: the position of particle 0 is [1.0, 2.0, NaN]; accepted: at most 1e9 m from the origin",
+        ),
+        (
+            "x,y,z,radius,opacity\n1,2,3,1,1.5",
+            "the file is corrupt: the opacity of particle 0 is 1.5; accepted: 0 to 1",
+        ),
         ("x,y,z,radius,opacity\n1,2,3,1", "the file is corrupt: line 2 has fewer than 5 fields"),
         ("x,y,z,radius,opacity\n1,2,3,1,0.5,6", "the file is corrupt: line 2 has more than 5 fields"),
-        ("x,y,z,radius,opacity\n1,2,3,wide,0.5", "the file is corrupt: line 2: radius is \"wide\"; it must be a number"),
+        (
+            "x,y,z,radius,opacity\n1,2,3,wide,0.5",
+            "the file is corrupt: line 2: radius is \"wide\"; it must be a number",
+        ),
         ("x,x,y,z,radius,opacity\n", "the file is corrupt: two of its columns are \"x\""),
     ] {
         assert_eq!(csv(text), message);
@@ -111,7 +124,10 @@ fn refusals_say_what_is_accepted() {
     let color = csv("x,y,z,radius,opacity,red,green,blue\n1,2,3,1,0.5,255,0,0");
     assert!(color.contains("the colour of particle 0 is [255.0, 0.0, 0.0]"), "{color}");
     let missing = csv("x,y,radius,red\n");
-    assert!(missing.starts_with("unsupported: particles without z, opacity, green, blue; accepted: x, y, z"), "{missing}");
+    assert!(
+        missing.starts_with("unsupported: particles without z, opacity, green, blue; accepted: x, y, z"),
+        "{missing}"
+    );
     assert!(plain("a.xyz", "").unwrap_err().ends_with("accepted: .ply, .npz, .npy, .csv"));
 
     let ply = |lines: &str| plain("a.ply", &format!("ply\n{lines}\nend_header\n")).unwrap_err();
@@ -150,7 +166,10 @@ fn every_truncation_is_an_error() {
         for cut in 0..needed {
             let whole = text && read(file, &bytes[..cut], &BodyFile::default()).is_ok();
             // A table of text may end after any line.
-            assert!(!whole || file.ends_with("csv") && bytes[..cut].trim_ascii_end().len() <= cut, "{file} cut at {cut}");
+            assert!(
+                !whole || file.ends_with("csv") && bytes[..cut].trim_ascii_end().len() <= cut,
+                "{file} cut at {cut}"
+            );
             assert!(text || read(file, &bytes[..cut], &BodyFile::default()).is_err(), "{file} cut at {cut}");
         }
     }
@@ -187,12 +206,7 @@ fn overlapping_particles_add() {
 
 #[test]
 fn a_transform_moves_and_scales() {
-    let particles = Particles::new(vec![Particle {
-        position: Vec3::X,
-        radius: 0.5,
-        color: Vec3::ONE,
-        depth: 2.0,
-    }]);
+    let particles = Particles::new(vec![Particle { position: Vec3::X, radius: 0.5, color: Vec3::ONE, depth: 2.0 }]);
     let transform = Transform { scale: Vec3::splat(2.0), rotate: Vec3::Z * 90.0, translate: Vec3::Z };
     let moved = particles.unwrap().moved(&transform).unwrap();
     assert!(moved.list()[0].position.abs_diff_eq(Vec3::new(0.0, 2.0, 1.0), 1e-6));

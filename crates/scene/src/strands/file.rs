@@ -30,7 +30,14 @@ pub(crate) fn read_strands(
 }
 
 /// A point of what a file says and the scene gives.
-fn knot(given: &BodyFile, index: usize, position: Vec3, radius: f32, opacity: f32, color: Vec3) -> Result<Knot, VolumeError> {
+fn knot(
+    given: &BodyFile,
+    index: usize,
+    position: Vec3,
+    radius: f32,
+    opacity: f32,
+    color: Vec3,
+) -> Result<Knot, VolumeError> {
     let opacity = given.opacity.unwrap_or(opacity);
     if !(0.0..=1.0).contains(&opacity) {
         let what = format!("the opacity of point {index} of the strands is {opacity:?}; accepted: 0 to 1");
@@ -116,10 +123,8 @@ fn read_hair(bytes: &[u8], given: &BodyFile, budget: Budget) -> Result<Strands, 
 /// Reads text: a point a line, `x y z [radius [opacity [red green blue]]]`, apart by white space or commas; an empty line ends
 /// a strand; what follows a `#` is no number.
 fn read_text(bytes: &[u8], given: &BodyFile, budget: Budget) -> Result<Strands, VolumeError> {
-    let text = str::from_utf8(bytes).map_err(|error| VolumeError::Truncated {
-        what: "a line that is no UTF-8",
-        at: error.valid_up_to() as u64,
-    })?;
+    let text = str::from_utf8(bytes)
+        .map_err(|error| VolumeError::Truncated { what: "a line that is no UTF-8", at: error.valid_up_to() as u64 })?;
     let mut knots = reserve("points of strands", text.lines().count() as u64, Strands::BYTES, budget)?;
     let mut counts = Vec::new();
     let mut count = 0;

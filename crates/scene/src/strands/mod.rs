@@ -38,7 +38,9 @@ pub struct Knot {
 impl Knot {
     fn check(&self, index: usize) -> Result<(), VolumeError> {
         let wrong = |what: &str, value: String, accepted: &str| {
-            Err(VolumeError::corrupt(format!("{what} of point {index} of the strands is {value}; accepted: {accepted}")))
+            Err(VolumeError::corrupt(format!(
+                "{what} of point {index} of the strands is {value}; accepted: {accepted}"
+            )))
         };
         let Self { position, radius, color, depth } = *self;
         if !(position.is_finite() && position.abs().max_element() <= FARTHEST) {

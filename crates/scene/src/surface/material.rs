@@ -1,10 +1,8 @@
 //! What a surface does to light, with its textures in memory.
 
-use std::sync::Arc;
+use glam::Vec3;
 
-use glam::{Vec2, Vec3, Vec4};
-
-use crate::description;
+use super::{Map, NormalMap};
 
 /// A material with its textures. Reflection is the same on both sides; normals are turned to the side that is seen.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +21,10 @@ pub struct Material {
     pub double_sided: bool,
     /// Where the alpha of the base colour's map is less than this there is no surface.
     pub alpha_cutoff: Option<f32>,
+    /// Its red is the share of environment light that reaches a point, where nothing better is known.
+    pub occlusion_map: Option<Map>,
+    /// What passes through it; no renderer shows it yet.
+    pub transmission: Option<Transmission>,
 }
 
 /// How light is scattered.
@@ -62,57 +64,23 @@ pub enum Bsdf {
     },
 }
 
-/// A picture on a surface.
-#[derive(Clone, Debug)]
-pub struct Map(pub Arc<Texture>);
-
-impl PartialEq for Map {
-    fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.0, &other.0)
-    }
-}
-
-/// A map of normals in tangent space: (2·rgb − 1)·(scale, scale, 1), then made a unit vector.
+/// What a material is made of inside, read from files (KHR_materials_transmission, _ior, _volume) and kept.
 #[derive(Clone, Debug, PartialEq)]
-pub struct NormalMap {
-    /// The picture.
-    pub map: Map,
-    /// How strong it is.
-    pub scale: f32,
-}
-
-/// A picture in memory, 8 bits a channel; it repeats beyond its edges.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Texture {
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// Red, green, blue, alpha; row by row from the top.
-    pub texels: Vec<[u8; 4]>,
-    /// Whether red, green and blue are sRGB, and not linear.
-    pub srgb: bool,
-}
-
-impl Texture {
-    /// Linear red, green, blue, alpha at texture coordinates: bilinear between texels' centres.
-    pub fn at(&self, uv: Vec2) -> Vec4 {
-        let [w, h] = [self.width, self.height];
-        let (x, y) = (uv.x.rem_euclid(1.0) * w as f32 - 0.5, uv.y.rem_euclid(1.0) * h as f32 - 0.5);
-        let (fx, fy) = (x - x.floor(), y - y.floor());
-        let texel = |dx: i64, dy: i64| {
-            let column = (x.floor() as i64 + dx).rem_euclid(i64::from(w)) as usize;
-            let row = (y.floor() as i64 + dy).rem_euclid(i64::from(h)) as usize;
-            self.linear(self.texels[row * w as usize + column])
-        };
-        texel(0, 0).lerp(texel(1, 0), fx).lerp(texel(0, 1).lerp(texel(1, 1), fx), fy)
-    }
-
-    fn linear(&self, texel: [u8; 4]) -> Vec4 {
-        let [r, g, b, a] = texel.map(|byte| f32::from(byte) / 255.0);
-        let decode = |x: f32| if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) };
-        if self.srgb { Vec4::new(decode(r), decode(g), decode(b), a) } else { Vec4::new(r, g, b, a) }
-    }
+pub struct Transmission {
+    /// The share of the light that enters and is not diffusely reflected, but passes through.
+    pub factor: f32,
+    /// Its red multiplies `factor`.
+    pub map: Option<Map>,
+    /// The refractive index of the inside.
+    pub ior: f32,
+    /// How thick it is beneath the surface [m]; 0 is a thin wall.
+    pub thickness: f32,
+    /// The green of the picture multiplies `thickness`.
+    pub thickness_map: Option<Map>,
+    /// After this length of the inside [m] white light is `attenuation_color`; infinite where nothing is absorbed.
+    pub attenuation_distance: f32,
+    /// See `attenuation_distance`.
+    pub attenuation_color: Vec3,
 }
 
 impl Default for Material {
@@ -125,24 +93,8 @@ impl Default for Material {
             normal_map: None,
             double_sided: false,
             alpha_cutoff: None,
+            occlusion_map: None,
+            transmission: None,
         }
-    }
-}
-
-impl Material {
-    pub(super) fn new(name: &str, material: &description::Material) -> Self {
-        let bsdf = match *material {
-            description::Material::Lambert { reflectance } => Bsdf::Lambert { reflectance, map: None },
-            description::Material::MetallicRoughness { base_color, metallic, roughness } => Bsdf::MetallicRoughness {
-                base_color,
-                base_color_map: None,
-                metallic,
-                roughness,
-                metallic_roughness_map: None,
-            },
-            description::Material::Mirror { reflectance } => Bsdf::Mirror { reflectance },
-            description::Material::Dielectric { ior } => Bsdf::Dielectric { ior },
-        };
-        Self { name: name.into(), bsdf, ..Self::default() }
     }
 }

@@ -1,9 +1,9 @@
 //! Built-in shapes as triangles.
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use super::TriangleMesh;
-use crate::description::{Edge, Shape};
+use crate::description::{Corner, Edge, Shape};
 
 /// Corners of a disc, and of a sphere's equator: the area of the polygon is 0.16 % short of a circle's.
 const AROUND: u32 = 64;
@@ -11,9 +11,9 @@ const AROUND: u32 = 64;
 impl TriangleMesh {
     pub(super) fn of(shape: &Shape) -> Self {
         let mut mesh = Self::default();
-        match *shape {
-            Shape::Quad { corner, edges: [Edge(u), Edge(v)] } => mesh.quad(corner, u, v),
-            Shape::Box { min, max } => {
+        match shape {
+            &Shape::Quad { corner, edges: [Edge(u), Edge(v)] } => mesh.quad(corner, u, v),
+            &Shape::Box { min, max } => {
                 let size = max - min;
                 let [x, y, z] = [Vec3::X * size.x, Vec3::Y * size.y, Vec3::Z * size.z];
                 mesh.quad(min, z, y);
@@ -23,8 +23,9 @@ impl TriangleMesh {
                 mesh.quad(max, -z, -x);
                 mesh.quad(max, -x, -y);
             }
-            Shape::Sphere { center, radius } => mesh.sphere(center, radius),
-            Shape::Disc { center, normal, radius } => mesh.disc(center, normal.normalize(), radius),
+            &Shape::Sphere { center, radius } => mesh.sphere(center, radius),
+            &Shape::Disc { center, normal, radius } => mesh.disc(center, normal.normalize(), radius),
+            Shape::Polygons { vertices, faces } => faces.iter().for_each(|face| mesh.polygon(vertices, face)),
         }
         mesh
     }
@@ -32,9 +33,28 @@ impl TriangleMesh {
     fn quad(&mut self, corner: Vec3, u: Vec3, v: Vec3) {
         let first = self.positions.len() as u32;
         self.positions.extend([corner, corner + u, corner + u + v, corner + v]);
-        self.normals.extend([u.cross(v).normalize_or_zero(); 4]);
+        // In double precision a quad of a micrometre has a normal, too.
+        self.normals.extend([u.as_dvec3().cross(v.as_dvec3()).normalize_or_zero().as_vec3(); 4]);
         self.texcoords.extend([[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]].map(Vec2::from_array));
         self.triangles.extend([[0, 1, 2], [0, 2, 3]].map(|corners: [u32; 3]| corners.map(|corner| first + corner)));
+    }
+
+    fn polygon(&mut self, vertices: &[Edge], face: &[Corner]) {
+        let first = self.positions.len() as u32;
+        let corners = face.iter().map(|&Corner(index)| vertices[index as usize].0);
+        // Twice the polygon's area along its normal.
+        let origin = corners.clone().next().unwrap_or_default();
+        let normal: Vec3 = corners
+            .clone()
+            .zip(corners.clone().skip(1))
+            .map(|(a, b)| (a - origin).as_dvec3().cross((b - origin).as_dvec3()))
+            .sum::<DVec3>()
+            .normalize_or_zero()
+            .as_vec3();
+        self.positions.extend(corners);
+        self.normals.extend(face.iter().map(|_| normal));
+        self.texcoords.extend(face.iter().map(|_| Vec2::ZERO));
+        self.triangles.extend((2..face.len() as u32).map(|k| [first, first + k - 1, first + k]));
     }
 
     fn disc(&mut self, center: Vec3, normal: Vec3, radius: f32) {
@@ -74,3 +94,6 @@ impl TriangleMesh {
         }
     }
 }
+
+#[cfg(test)]
+mod test;

@@ -8,6 +8,7 @@ mod grids;
 mod json;
 mod schema;
 mod set;
+mod surface;
 mod toml;
 mod transfer;
 mod world;
@@ -15,7 +16,7 @@ mod world;
 use tyndall_scene::Document;
 
 /// The shipped scenes, by file name.
-const SCENES: [(&str, &str); 7] = [
+const SCENES: [(&str, &str); 10] = [
     ("plume.toml", include_str!("../../../../scenes/plume.toml")),
     ("fire.toml", include_str!("../../../../scenes/fire.toml")),
     ("fog.toml", include_str!("../../../../scenes/fog.toml")),
@@ -23,6 +24,9 @@ const SCENES: [(&str, &str); 7] = [
     ("tetrahedra.toml", include_str!("../../../../scenes/tetrahedra.toml")),
     ("cloud.toml", include_str!("../../../../scenes/cloud.toml")),
     ("sky.toml", include_str!("../../../../scenes/sky.toml")),
+    ("cornell.toml", include_str!("../../../../scenes/cornell.toml")),
+    ("cornell-mirror.toml", include_str!("../../../../scenes/cornell-mirror.toml")),
+    ("furnace.toml", include_str!("../../../../scenes/furnace.toml")),
 ];
 
 /// Three lines that every scene needs.

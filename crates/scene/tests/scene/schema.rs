@@ -51,6 +51,7 @@ fn what_the_parser_refuses_is_invalid() {
     let validator = validator();
     let fog = raw(SCENES[2].1);
     let brain = raw(SCENES[3].1);
+    let cornell = raw(SCENES[7].1);
     let cases = [
         (&fog, "/camera/fov", json!(0)),
         (&fog, "/camera/fov", json!(180)),
@@ -123,6 +124,17 @@ fn what_the_parser_refuses_is_invalid() {
         (&fog, "/media/fog/temperature", json!({ "file": "a.vdb", "kelvin": 0 })),
         (&fog, "/media/fog/color", json!({ "file": "a.vdb", "names": ["r", "g"] })),
         (&brain, "/media/brain/clip", json!({ "box": { "min": [0, 0, 0] } })),
+        (&cornell, "/surfaces/floor", json!({})),
+        (&cornell, "/surfaces/floor/radiance", json!(-1)),
+        (&cornell, "/surfaces/floor/colour", json!(1)),
+        (&cornell, "/surfaces/floor/double_sided", json!(1)),
+        (&cornell, "/surfaces/floor/shape", json!({ "sphere": { "center": [0, 0, 0], "radius": 0 } })),
+        (&cornell, "/surfaces/floor/shape", json!({ "cone": {} })),
+        (&cornell, "/surfaces/floor/shape", json!({ "quad": { "corner": [0, 0, 0], "edges": [[1, 0, 0]] } })),
+        (&cornell, "/surfaces/floor/shape", json!({ "polygons": { "vertices": [[0, 0, 0]], "faces": [[-1, 0, 0]] } })),
+        (&cornell, "/materials/white", json!({ "lambert": {} })),
+        (&cornell, "/materials/white", json!({ "metallic_roughness": { "roughness": 2 } })),
+        (&cornell, "/materials/white", json!({ "lambert": { "reflectance": 1, "reflectance_map": 1 } })),
     ];
     for (scene, pointer, value) in cases {
         let bad = with(scene.clone(), pointer, value.clone());

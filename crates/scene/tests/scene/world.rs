@@ -266,7 +266,7 @@ fn what_cannot_be_loaded() {
         (
             "density.homogeneous = { min = [0, 0, 0], max = [1, 1, 1] }\ntransform.scale = 1e-39\n\
              transform.rotate = [30, 0, 0]",
-            "s.toml:7:1: media.a.transform: found a map from the medium to the world that 32-bit numbers do not hold or \
+            "s.toml:7:1: media.a.transform: found a map to the world that 32-bit numbers do not hold or \
              that has no inverse; accepted: a scale and a box that are neither too large nor too small together",
         ),
     ];

@@ -25,7 +25,7 @@ use tyndall_scene::parameter::{Kind, Parameter};
 use tyndall_scene::volume::Mesh;
 use tyndall_scene::{Field, FieldError, Volume, World};
 
-use super::{MODEL, Recording, Role, SAMPLES, TERMINATION, Technique, plain};
+use super::{MODEL, Recording, Role, SAMPLES, TERMINATION, Technique, plain, without_surfaces};
 use crate::graph::{Shader, shader};
 use crate::resident::Lights;
 use crate::{Gpu, RenderError};
@@ -102,8 +102,11 @@ struct Nodes {
     nodes: Vec<Node>,
 }
 
-async fn record(Recording { graph, resident, settings, film, world }: Recording<'_, '_>) -> Result<(), RenderError> {
+async fn record(
+    Recording { graph, resident, settings, film, world, .. }: Recording<'_, '_>,
+) -> Result<(), RenderError> {
     plain(world, TECHNIQUE.name)?;
+    without_surfaces(world, TECHNIQUE.name)?;
     let gpu = graph.gpu();
     let (volume, mesh) = only_mesh(world)?;
     check_size(gpu, volume, mesh)?;

@@ -13,19 +13,23 @@
 //! `environment_directions` directions. Not in the model: scattered emission.
 
 mod blue_noise;
-mod environment;
 #[cfg(test)]
 mod looks;
 #[cfg(test)]
 mod test;
 
 use glam::{Vec2, Vec3};
+use tyndall_scene::FieldError;
 use tyndall_scene::parameter::{Kind, Parameter};
 use tyndall_scene::volume::BRICK_CELLS;
 
-use super::{MODEL, Recording, Role, SAMPLES, TERMINATION, Technique, only_fields};
+use super::{
+    AREA_POINTS, ENVIRONMENT_DIRECTIONS, MODEL, Recording, Role, SAMPLES, TERMINATION, Technique, without_meshes,
+};
 use crate::graph::{Shader, shader};
-use crate::resident::{Lights, Resident};
+use crate::resident::surfaces::emitters;
+use crate::resident::{Lights, Resident, Stride, environment};
+use crate::shadows::{self, Options, Shadows};
 use crate::{Gpu, RenderError};
 
 /// Ray marching's declaration.
@@ -85,12 +89,9 @@ pub const TECHNIQUE: Technique = Technique {
             unit: "",
             kind: Kind::Choice(&["full", "half", "quarter"]),
         },
-        Parameter {
-            name: "environment_directions",
-            help: "Directions from which the environment is scattered (0: it is only seen behind the media)",
-            unit: "",
-            kind: Kind::Count { min: 0, max: 1024, default: 16 },
-        },
+        ENVIRONMENT_DIRECTIONS,
+        AREA_POINTS,
+        shadows::RESOLUTION,
         Parameter {
             name: "octaves",
             help: "Orders that approximate light scattered more than once, beside the first",
@@ -119,19 +120,11 @@ pub const TECHNIQUE: Technique = Technique {
     record: |recording| Box::pin(record(recording)),
 };
 
+/// Shadow maps of a directional light, as media see them.
+const CASCADES: u32 = 4;
+
 static MARCH: Shader = shader!("techniques/march/march");
 static UPSAMPLE: Shader = shader!("techniques/march/upsample");
-
-/// How a ray is walked (`resident/walk.wesl`).
-#[derive(Clone, Copy, Debug, encase::ShaderType)]
-pub(crate) struct Stride {
-    step: f32,
-    least: f32,
-    offset: f32,
-    tolerance: f32,
-    skip: u32,
-    lit: u32,
-}
 
 /// How light is scattered (`scattering.wesl`).
 #[derive(Clone, Copy, Debug, encase::ShaderType)]
@@ -174,10 +167,10 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
 
 /// As [`record`], with rays integrated no further than `reach` (`march.wesl`).
 pub(crate) async fn record_up_to(
-    Recording { graph, resident, settings, film, world }: Recording<'_, '_>,
+    Recording { graph, resident, settings, film, world, behind, .. }: Recording<'_, '_>,
     reach: Vec2,
 ) -> Result<(), RenderError> {
-    only_fields(world, TECHNIQUE.name)?;
+    without_meshes(world, TECHNIQUE.name)?;
     let gpu = graph.gpu();
     let model = settings.choice("model");
     let scattering = model == "single_scattering";
@@ -186,7 +179,10 @@ pub(crate) async fn record_up_to(
     // Those that shade surfaces come first.
     lights.sort_by_key(|light| light.local);
     let suns = lights.iter().filter(|light| light.local == 0).count() as u32;
+    lights.extend(emitters::lights(&world.surfaces, settings.number("area_points") as u32));
     lights.extend(environment::lights(resident, settings.number("environment_directions") as u32));
+    let options = Options { resolution: settings.number("shadow_resolution") as u32, cascades: CASCADES, radius: 0.5 };
+    let casts = if scattering { Shadows::plan(gpu, resident, &mut lights, &options)? } else { Vec::new() };
     let stride = Stride {
         step: settings.number("step"),
         least: 1e-3 * traits.voxel,
@@ -209,6 +205,16 @@ pub(crate) async fn record_up_to(
         "quarter" => 4,
         _ => 1,
     };
+    if scale > 1 && behind.is_some() && !traits.grey {
+        return Err(FieldError {
+            path: "techniques.march.resolution".into(),
+            found:
+                "a march at a lower resolution, before surfaces, through media whose extinction differs among channels"
+                    .into(),
+            accepted: "\"full\", or media of one extinction".into(),
+        }
+        .into());
+    }
     let termination = settings.number("termination");
     let march =
         March { stride, scattering: scattered, termination, suns, rounds, samples_per_round, rays, scale, reach };
@@ -230,6 +236,7 @@ pub(crate) async fn record_up_to(
     let noise = blue_noise::texture(gpu, jitter).await?;
     let parameters = gpu.buffer("march", &march);
     let lights = gpu.buffer("lights", &Lights { lights });
+    let shadows = Shadows::record(graph, resident, &resident.view, &lights, casts, &options).await?;
     let tile = graph.tile();
     graph
         .compute("march", &MARCH)
@@ -242,12 +249,16 @@ pub(crate) async fn record_up_to(
         .constant("ROUNDS", rounds > 1)
         .constant("MEAN", mean)
         .constant("JITTER", jitter)
+        .constant("BEHIND", behind.is_some())
+        .constant("LOW", scale > 1)
         .world(resident)
+        .shadows(&shadows)
         .read("view", &resident.view)
         .read("tile", &tile)
         .read("march", &parameters)
         .read("lights", &lights)
         .read("blue_noise", &noise)
+        .read("behind", behind.unwrap_or(&noise))
         .write("film", low.as_ref().unwrap_or(film))
         .write("paths", &paths)
         .write("sums", &sums)
@@ -258,7 +269,9 @@ pub(crate) async fn record_up_to(
     let upsample = gpu.buffer("upsample", &upsample);
     graph
         .compute("upsample", &UPSAMPLE)
+        .constant("BEHIND", behind.is_some())
         .world(resident)
+        .read("behind", behind.unwrap_or(&noise))
         .read("view", &resident.view)
         .read("tile", &tile)
         .read("upsample", &upsample)

@@ -20,8 +20,8 @@ use glam::{Mat4, Vec3};
 use tyndall_scene::World;
 use tyndall_scene::parameter::{Kind, Parameter};
 
-use super::{LAYERED_MODEL, Recording, Role, Technique, only_fields, plain};
-use crate::graph::{Draw, Shader, shader};
+use super::{LAYERED_MODEL, Recording, Role, Technique, plain, without_meshes, without_surfaces};
+use crate::graph::{Draw, Shader, Target, shader};
 use crate::{RenderError, layers};
 
 /// Slicing's declaration.
@@ -64,8 +64,9 @@ pub(crate) struct Slicing {
 }
 
 async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
-    let Recording { graph, world, resident, settings, film } = recording;
-    only_fields(world, TECHNIQUE.name)?;
+    let Recording { graph, world, resident, settings, film, .. } = recording;
+    without_meshes(world, TECHNIQUE.name)?;
+    without_surfaces(world, TECHNIQUE.name)?;
     plain(world, TECHNIQUE.name)?;
     layers::check(world)?;
     let gpu = graph.gpu();
@@ -99,8 +100,12 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
             vertices: 12,
             instances: if world.volumes.is_empty() { 0 } else { most as u32 + 1 },
             batch: BATCH,
-            target: &target,
-            blend: if back_to_front { layers::OVER } else { layers::UNDER },
+            target: Some(Target {
+                texture: &target,
+                blend: Some(if back_to_front { layers::OVER } else { layers::UNDER }),
+            }),
+            depth: None,
+            regions: None,
         })
         .await?;
     layers::before_environment(graph, resident, &target, film).await

@@ -23,8 +23,8 @@ use glam::Mat3;
 use tyndall_scene::World;
 use tyndall_scene::parameter::{Kind, Parameter};
 
-use super::{LAYERED_MODEL, Recording, Role, Technique, only_fields, plain};
-use crate::graph::{Draw, Shader, shader};
+use super::{LAYERED_MODEL, Recording, Role, Technique, plain, without_meshes, without_surfaces};
+use crate::graph::{Draw, Shader, Target, shader};
 use crate::resident::MAX_VOLUMES;
 use crate::{Gpu, RenderError, layers};
 
@@ -87,8 +87,9 @@ struct Splats {
 }
 
 async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
-    let Recording { graph, world, resident, settings, film } = recording;
-    only_fields(world, TECHNIQUE.name)?;
+    let Recording { graph, world, resident, settings, film, .. } = recording;
+    without_meshes(world, TECHNIQUE.name)?;
+    without_surfaces(world, TECHNIQUE.name)?;
     plain(world, TECHNIQUE.name)?;
     layers::check(world)?;
     let gpu = graph.gpu();
@@ -143,7 +144,14 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
         .read("splats", &splats)
         .read("kernels", &kernels)
         .read("order", &order)
-        .draw(Draw { vertices: 6, instances: count, batch: BATCH, target: &target, blend: layers::OVER })
+        .draw(Draw {
+            vertices: 6,
+            instances: count,
+            batch: BATCH,
+            target: Some(Target { texture: &target, blend: Some(layers::OVER) }),
+            depth: None,
+            regions: None,
+        })
         .await?;
     layers::before_environment(graph, resident, &target, film).await
 }

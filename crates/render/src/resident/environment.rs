@@ -3,17 +3,21 @@
 use glam::{DVec2, DVec3, Vec3};
 use tyndall_scene::EnvironmentMap;
 
-use crate::resident::{Light, Resident};
+use super::{Light, Resident};
 
 /// An environment as at most `count` parallel lights: a map's by median cut [Debevec05], with the constant environment on top of
 /// it; a constant one's spread evenly over the sphere.
-pub(super) fn lights(resident: &Resident, count: u32) -> Vec<Light> {
-    match &resident.map {
+pub(crate) fn lights(resident: &Resident, count: u32) -> Vec<Light> {
+    let mut lights = match &resident.map {
         _ if count == 0 => Vec::new(),
         Some(map) => median_cut(map, resident.environment, count),
         None if resident.environment == Vec3::ZERO => Vec::new(),
         None => spiral(resident.environment, count),
+    };
+    for light in &mut lights {
+        light.sky = 1;
     }
+    lights
 }
 
 /// Equal lights on a Fibonacci spiral.

@@ -1,0 +1,196 @@
+//! Surfaces on the device (`resident/surface.wesl`): all triangles in the world, their materials and maps.
+
+pub(crate) mod emitters;
+mod maps;
+#[cfg(test)]
+mod test;
+
+use glam::{Mat3, UVec2, UVec4, Vec3, Vec4};
+use tyndall_scene::surface::{Bsdf, Map, Surface};
+
+use crate::{Gpu, RenderError};
+use maps::Maps;
+
+/// A vertex as shaders see it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, encase::ShaderType)]
+pub struct Vertex {
+    /// In the world [m].
+    pub position: Vec3,
+    /// The first texture coordinate.
+    pub u: f32,
+    /// A unit vector on the front side.
+    pub normal: Vec3,
+    /// The second texture coordinate.
+    pub v: f32,
+    /// A unit vector along u, and the sign of the bitangent w·(normal × tangent); 0 where there is none.
+    pub tangent: Vec4,
+}
+
+/// What a surface does to light as shaders see it. A map is its first texel, and its width and height, 16 bits each; 0, 0 where
+/// there is none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, encase::ShaderType)]
+pub struct Material {
+    /// The reflectance of a diffuse base or a mirror; of a metal at normal incidence.
+    pub base: Vec3,
+    /// As `math/brdf.wesl` numbers them: Lambert, metallic-roughness, mirror, dielectric.
+    pub kind: u32,
+    /// Radiance [W·sr⁻¹·m⁻²].
+    pub emission: Vec3,
+    /// Whether the back emits, too.
+    pub double_sided: u32,
+    /// From dielectric, 0, to metal, 1.
+    pub metallic: f32,
+    /// The square root of the width of the facets' distribution.
+    pub roughness: f32,
+    /// The refractive index behind the front side over that before it.
+    pub ior: f32,
+    /// There is no surface where the alpha of `base_map` is less.
+    pub cutoff: f32,
+    /// Multiplies `base`.
+    pub base_map: UVec2,
+    /// Multiplies `emission`.
+    pub emission_map: UVec2,
+    /// Its green multiplies `roughness`, its blue `metallic`.
+    pub metallic_roughness_map: UVec2,
+    /// Bends the normals.
+    pub normal_map: UVec2,
+    /// How strongly.
+    pub normal_scale: f32,
+}
+
+/// The surfaces of a world on the device. No buffer is empty: where there are no surfaces, each holds one entry of zeros.
+#[derive(Debug)]
+pub struct Surfaces {
+    /// [`Vertex`]es.
+    pub vertices: wgpu::Buffer,
+    /// Three vertices, counter-clockwise from the front, and the surface: four `u32` a triangle.
+    pub triangles: wgpu::Buffer,
+    /// A [`Material`] a surface.
+    pub materials: wgpu::Buffer,
+    /// All maps, one after the other, row by row.
+    pub texels: wgpu::Texture,
+    /// How many triangles there are.
+    pub count: u32,
+    /// The lowest and the highest corner of a box around them [m].
+    pub bounds: Option<[Vec3; 2]>,
+    /// Whether alpha cuts any of them.
+    pub cutouts: bool,
+}
+
+/// The buffer `vertices`.
+#[derive(encase::ShaderType)]
+struct Vertices {
+    #[shader(size(runtime))]
+    list: Vec<Vertex>,
+}
+
+/// The buffer `triangles`.
+#[derive(encase::ShaderType)]
+struct Triangles {
+    #[shader(size(runtime))]
+    list: Vec<UVec4>,
+}
+
+/// The buffer `materials`.
+#[derive(encase::ShaderType)]
+struct Materials {
+    #[shader(size(runtime))]
+    list: Vec<Material>,
+}
+
+impl Surfaces {
+    /// Uploads surfaces.
+    ///
+    /// # Errors
+    /// More of them, or of their pictures, than the device can hold, and memory that runs out.
+    pub async fn new(gpu: &Gpu, surfaces: &[Surface]) -> Result<Self, RenderError> {
+        let (vertices, triangles) = triangles(surfaces);
+        let mut maps = Maps::default();
+        let mut materials: Vec<_> = surfaces.iter().map(|surface| material(surface, &mut maps)).collect();
+        let limits = gpu.device.limits();
+        let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        let sizes = [("vertices", vertices.len(), 48), ("triangles", triangles.len(), 16)];
+        for (what, count, size) in sizes {
+            if count as u64 * size > most {
+                return Err(RenderError::Limit {
+                    what: "surfaces".into(),
+                    found: format!("{count} {what}"),
+                    limit: format!("{} {what}", most / size),
+                    advice: "Use simpler meshes.".into(),
+                });
+            }
+        }
+        let count = triangles.len() as u32;
+        let bounds = vertices.iter().map(|v| [v.position; 2]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+        let cutouts = materials.iter().any(|material| material.cutoff > 0.0);
+        let texels = maps.texture(gpu).await?;
+        let (mut vertices, mut triangles) = (vertices, triangles);
+        vertices.resize(vertices.len().max(1), Vertex::default());
+        triangles.resize(triangles.len().max(1), UVec4::ZERO);
+        materials.resize(materials.len().max(1), Material::default());
+        Ok(Self {
+            vertices: gpu.buffer("vertices", &Vertices { list: vertices }),
+            triangles: gpu.buffer("triangles", &Triangles { list: triangles }),
+            materials: gpu.buffer("materials", &Materials { list: materials }),
+            texels,
+            count,
+            bounds,
+            cutouts,
+        })
+    }
+}
+
+/// Every surface's vertices and triangles in the world.
+pub(crate) fn triangles(surfaces: &[Surface]) -> (Vec<Vertex>, Vec<UVec4>) {
+    let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+    for (number, surface) in surfaces.iter().enumerate() {
+        let (first, mesh) = (vertices.len() as u32, &surface.mesh);
+        let linear = Mat3::from_mat4(surface.world_from_object);
+        let mirrored = linear.determinant() < 0.0;
+        let normals = linear.as_dmat3().inverse().transpose().as_mat3();
+        for (i, position) in mesh.positions.iter().enumerate() {
+            let normal = (normals * mesh.normals[i]).normalize_or_zero();
+            let tangent = mesh.tangents.get(i).map_or(Vec4::ZERO, |tangent| {
+                let turned = if mirrored { -tangent.w } else { tangent.w };
+                (linear * tangent.truncate()).normalize_or_zero().extend(turned)
+            });
+            let uv = mesh.texcoords[i];
+            let position = surface.world_from_object.transform_point3(*position);
+            vertices.push(Vertex { position, u: uv.x, normal, v: uv.y, tangent });
+        }
+        triangles.extend(mesh.triangles.iter().map(|&[a, b, c]| {
+            // What mirrors turns triangles over, but not what is front.
+            let [b, c] = if mirrored { [c, b] } else { [b, c] };
+            UVec4::new(first + a, first + b, first + c, number as u32)
+        }));
+    }
+    (vertices, triangles)
+}
+
+/// A surface's material, its maps among `maps`.
+fn material(surface: &Surface, maps: &mut Maps) -> Material {
+    let material = &surface.material;
+    let mut place = |map: &Option<Map>| map.as_ref().map_or(UVec2::ZERO, |map| maps.place(map));
+    let mut encoded = Material {
+        emission: material.emission,
+        double_sided: u32::from(material.double_sided),
+        cutoff: material.alpha_cutoff.unwrap_or(0.0),
+        emission_map: place(&material.emission_map),
+        normal_map: place(&material.normal_map.as_ref().map(|normal| normal.map.clone())),
+        normal_scale: material.normal_map.as_ref().map_or(1.0, |normal| normal.scale),
+        ..Material::default()
+    };
+    match &material.bsdf {
+        Bsdf::Lambert { reflectance, map } => {
+            (encoded.base, encoded.base_map) = (*reflectance, place(map));
+        }
+        Bsdf::MetallicRoughness { base_color, base_color_map, metallic, roughness, metallic_roughness_map } => {
+            (encoded.kind, encoded.base, encoded.base_map) = (1, *base_color, place(base_color_map));
+            (encoded.metallic, encoded.roughness) = (*metallic, *roughness);
+            encoded.metallic_roughness_map = place(metallic_roughness_map);
+        }
+        Bsdf::Mirror { reflectance } => (encoded.kind, encoded.base) = (2, *reflectance),
+        Bsdf::Dielectric { ior } => (encoded.kind, encoded.ior) = (3, *ior),
+    }
+    encoded
+}

@@ -1,0 +1,112 @@
+//! What the camera sees of surfaces: a G-buffer.
+//!
+//! Rasterising says only which triangle the middle of each pixel sees [Burns13]; compute intersects the same ray that media are
+//! marched along with it. So distances, and all that depends on them, agree with those of rays, wherever a surface meets a
+//! medium. Depths are reversed, without a far plane.
+
+#[cfg(test)]
+pub mod test;
+
+use wgpu::TextureFormat::{Depth32Float, R32Uint, Rg32Float, Rgba32Float, Rgba32Uint};
+use wgpu::TextureUsages;
+
+use crate::graph::{Draw, Graph, Region, Shader, Target, shader};
+use crate::resident::Resident;
+use crate::{Gpu, RenderError};
+
+static VISIBILITY: Shader = shader!("surfaces/visibility");
+static RESOLVE: Shader = shader!("surfaces/resolve");
+
+/// The nearest depth at which something is seen, relative to the size of the scene.
+const NEAREST: f32 = 1e-6;
+
+/// What a camera sees of surfaces in the middle of each pixel; `surfaces/gbuffer.wesl` reads it.
+#[derive(Clone, Debug)]
+pub struct GBuffer {
+    /// `Rgba32Float`: the distance along the camera ray [m], 1e30 where there is no surface; texture coordinates u, v.
+    pub place: wgpu::Texture,
+    /// `Rgba32Uint`: the triangle's normal and that for shading, on the front side, as `math/octahedral.wesl` packs them; the
+    /// number of the surface; that of the triangle, from 1, or 0 where there is none.
+    pub facing: wgpu::Texture,
+    /// `Rg32Float`: from where in the film it was in the frame before to where it is, x to the right, y down [pixel].
+    pub motion: wgpu::Texture,
+}
+
+impl GBuffer {
+    /// Records the passes that fill it, as seen with the [`View`](crate::resident::View) in `view`, coming from that in
+    /// `previous`. A view's `forward` need not be perpendicular to the film: moved by a part of `right` and `up`, it looks
+    /// through another point of the pixels.
+    ///
+    /// # Errors
+    /// A lack of memory, and whatever the device refuses.
+    pub async fn record(
+        graph: &mut Graph<'_>,
+        resident: &Resident,
+        view: &wgpu::Buffer,
+        previous: &wgpu::Buffer,
+    ) -> Result<Self, RenderError> {
+        let gpu = graph.gpu();
+        let film = resident.film;
+        let drawn = TextureUsages::RENDER_ATTACHMENT;
+        let visibility = texture(gpu, "visibility", film, R32Uint, drawn).await?;
+        let depth = texture(gpu, "depth", film, Depth32Float, drawn).await?;
+        let written = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
+        let gbuffer = Self {
+            place: texture(gpu, "place", film, Rgba32Float, written).await?,
+            facing: texture(gpu, "facing", film, Rgba32Uint, written).await?,
+            motion: texture(gpu, "motion", film, Rg32Float, written).await?,
+        };
+        let surfaces = &resident.surfaces;
+        let extent = surfaces.bounds.map_or(1.0, |[low, high]| (high - low).length()).max(f32::MIN_POSITIVE / NEAREST);
+        graph
+            .raster("visibility", &VISIBILITY)
+            .constant("NEAREST", NEAREST * extent)
+            .constant("CUTOUTS", surfaces.cutouts)
+            .world(resident)
+            .read("view", view)
+            .draw(Draw {
+                vertices: 3 * surfaces.count,
+                instances: 1,
+                batch: 1,
+                target: Some(Target { texture: &visibility, blend: None }),
+                depth: Some(&depth),
+                regions: Some(&[Region { origin: glam::UVec2::ZERO, size: film.into() }]),
+            })
+            .await?;
+        let tile = graph.tile();
+        graph
+            .compute("resolve", &RESOLVE)
+            .world(resident)
+            .read("view", view)
+            .read("tile", &tile)
+            .read("previous", previous)
+            .read("visibility", &visibility)
+            .write("surface_place", &gbuffer.place)
+            .write("surface_facing", &gbuffer.facing)
+            .write("surface_motion", &gbuffer.motion)
+            .over_film(1)
+            .await?;
+        Ok(gbuffer)
+    }
+}
+
+/// A texture for shaders to read, and for what `usage` says.
+pub(crate) async fn texture(
+    gpu: &Gpu,
+    label: &str,
+    [width, height]: [u32; 2],
+    format: wgpu::TextureFormat,
+    usage: TextureUsages,
+) -> Result<wgpu::Texture, RenderError> {
+    gpu.texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: usage | TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    })
+    .await
+}

@@ -1,0 +1,119 @@
+//! Pictures on surfaces.
+
+use std::io::Cursor;
+use std::sync::Arc;
+
+use glam::{Vec2, Vec4};
+use image::{ImageDecoder as _, ImageFormat, ImageReader, Limits};
+
+use crate::volume::Budget;
+
+/// A picture on a surface.
+#[derive(Clone, Debug)]
+pub struct Map(pub Arc<Texture>);
+
+impl PartialEq for Map {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
+/// A map of normals in tangent space: (2·rgb − 1)·(scale, scale, 1), then made a unit vector.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NormalMap {
+    /// The picture.
+    pub map: Map,
+    /// How strong it is.
+    pub scale: f32,
+}
+
+/// A picture in memory, 8 bits a channel; it repeats beyond its edges.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Texture {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Red, green, blue, alpha; row by row from the top.
+    pub texels: Vec<[u8; 4]>,
+    /// Whether red, green and blue are sRGB, and not linear.
+    pub srgb: bool,
+}
+
+/// Why a file is no texture.
+#[derive(Debug, thiserror::Error)]
+pub enum TextureError {
+    /// Another kind of file.
+    #[error("found neither a PNG nor a JPEG file; accepted: these two")]
+    Format,
+    /// A picture that cannot be read.
+    #[error("the picture is corrupt: {0}")]
+    Corrupt(String),
+    /// More texels than there is memory for. Nothing was allocated.
+    #[error("a picture of {width} x {height} pixels needs {bytes} bytes; the budget is {budget}")]
+    TooLarge {
+        /// Columns.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// Bytes that it would need.
+        bytes: u64,
+        /// Bytes allowed.
+        budget: u64,
+    },
+}
+
+impl Texture {
+    /// A texture of the bytes of a PNG or JPEG file, which are told by how they begin. Channels of 16 bits are rounded to 8.
+    ///
+    /// # Errors
+    /// Other formats, damaged files, and those that need more memory than the budget.
+    pub fn decode(bytes: &[u8], srgb: bool, budget: Budget) -> Result<Self, TextureError> {
+        let format = image::guess_format(bytes).map_err(|_| TextureError::Format)?;
+        if !matches!(format, ImageFormat::Png | ImageFormat::Jpeg) {
+            return Err(TextureError::Format);
+        }
+        let corrupt = |error: image::ImageError| TextureError::Corrupt(error.to_string());
+        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+        let mut limits = Limits::no_limits();
+        limits.max_alloc = Some(budget.0);
+        reader.limits(limits);
+        let decoder = reader.into_decoder().map_err(corrupt)?;
+        let (width, height) = decoder.dimensions();
+        // The decoder's own picture, and ours beside it.
+        let needed = decoder.total_bytes().saturating_add(u64::from(width) * u64::from(height) * 4);
+        if needed > budget.0 {
+            return Err(TextureError::TooLarge { width, height, bytes: needed, budget: budget.0 });
+        }
+        let picture = image::DynamicImage::from_decoder(decoder).map_err(corrupt)?.into_rgba8();
+        let texels = picture.pixels().map(|pixel| pixel.0).collect();
+        Ok(Self { width, height, texels, srgb })
+    }
+
+    /// Bytes of memory.
+    pub fn bytes(&self) -> u64 {
+        size_of_val(self.texels.as_slice()) as u64
+    }
+
+    /// Linear red, green, blue, alpha at texture coordinates: bilinear between texels' centres.
+    pub fn at(&self, uv: Vec2) -> Vec4 {
+        let [w, h] = [self.width, self.height];
+        let (x, y) = (uv.x.rem_euclid(1.0) * w as f32 - 0.5, uv.y.rem_euclid(1.0) * h as f32 - 0.5);
+        let (fx, fy) = (x - x.floor(), y - y.floor());
+        let texel = |dx: i64, dy: i64| {
+            let column = (x.floor() as i64 + dx).rem_euclid(i64::from(w)) as usize;
+            let row = (y.floor() as i64 + dy).rem_euclid(i64::from(h)) as usize;
+            self.linear(self.texels[row * w as usize + column])
+        };
+        texel(0, 0).lerp(texel(1, 0), fx).lerp(texel(0, 1).lerp(texel(1, 1), fx), fy)
+    }
+
+    fn linear(&self, texel: [u8; 4]) -> Vec4 {
+        let [r, g, b, a] = texel.map(|byte| f32::from(byte) / 255.0);
+        let decode = |x: f32| if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) };
+        if self.srgb { Vec4::new(decode(r), decode(g), decode(b), a) } else { Vec4::new(r, g, b, a) }
+    }
+}
+
+#[cfg(test)]
+mod test;
