@@ -45,7 +45,7 @@ impl Emission {
         Ok(Self { emitter: emitter.clone(), time: 0.0, first: 0, flights })
     }
 
-    /// The particles in the emitter's space at a time since the birth of the first [s].
+    /// The particles in the emitter's space at a time since the birth of the first, 0 or more [s].
     ///
     /// # Errors
     /// [`VolumeError::Corrupt`] where a particle leaves the range of numbers.

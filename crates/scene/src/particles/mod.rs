@@ -101,11 +101,9 @@ pub struct Here {
 }
 
 impl Here {
-    /// Nothing; bodies are added by [`add`](Self::add), and [`mean`](Self::mean) makes it what it is.
-    const NOTHING: Self = Self { density: 0.0, color: DVec3::ZERO };
-
+    /// The sum over the bodies that are there, each told by its density and colour.
     pub(crate) fn sum(bodies: impl FnOnce(&mut dyn FnMut(f64, Vec3))) -> Self {
-        let mut here = Self::NOTHING;
+        let mut here = Self::default();
         bodies(&mut |density, color| {
             here.density += density;
             here.color += density * color.as_dvec3();

@@ -1,5 +1,6 @@
 //! Scene files: what is read, what is refused, and what the messages say.
 
+mod bodies;
 mod corrupt;
 mod density;
 mod field;
@@ -16,7 +17,7 @@ mod world;
 use tyndall_scene::Document;
 
 /// The shipped scenes, by file name.
-const SCENES: [(&str, &str); 10] = [
+const SCENES: [(&str, &str); 12] = [
     ("plume.toml", include_str!("../../../../scenes/plume.toml")),
     ("fire.toml", include_str!("../../../../scenes/fire.toml")),
     ("fog.toml", include_str!("../../../../scenes/fog.toml")),
@@ -27,6 +28,8 @@ const SCENES: [(&str, &str); 10] = [
     ("cornell.toml", include_str!("../../../../scenes/cornell.toml")),
     ("cornell-mirror.toml", include_str!("../../../../scenes/cornell-mirror.toml")),
     ("furnace.toml", include_str!("../../../../scenes/furnace.toml")),
+    ("particles.toml", include_str!("../../../../scenes/particles.toml")),
+    ("hair.toml", include_str!("../../../../scenes/hair.toml")),
 ];
 
 /// Three lines that every scene needs.
