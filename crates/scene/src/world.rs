@@ -469,11 +469,19 @@ impl Loader<'_> {
     }
 }
 
+/// What is wrong, where no file is to blame.
+fn said(error: &VolumeError) -> String {
+    match error {
+        VolumeError::Corrupt { what } => what.clone(),
+        other => other.to_string(),
+    }
+}
+
 /// What is wrong with bodies that no file says, but a scene's numbers.
 fn unmade(medium: &str, density: &str, error: &VolumeError) -> LoadError {
     LoadError::Field(FieldError {
         path: format!("media.{medium}.density.{density}.number"),
-        found: error.to_string(),
+        found: said(error),
         accepted: "as many as memory holds, and lengths up to 1e9 m".into(),
     })
 }
@@ -482,7 +490,7 @@ fn unmade(medium: &str, density: &str, error: &VolumeError) -> LoadError {
 fn displaced(medium: &str, error: &VolumeError) -> LoadError {
     LoadError::Field(FieldError {
         path: format!("media.{medium}.transform"),
-        found: error.to_string(),
+        found: said(error),
         accepted: "a transform that leaves the bodies in that range".into(),
     })
 }
