@@ -20,7 +20,10 @@ fn syntax() {
             ("{", "1:1: EOF while parsing an object"),
             ("{\"camera\": \n  x}", "2:3: expected value"),
             ("{} x", "1:4: trailing characters"),
-            ("[]", "1:1: found []; accepted: a table with `camera`, `film`, `lights`, `media`, `techniques`"),
+            (
+                "[]",
+                "1:1: found []; accepted: a table with `camera`, `film`, `lights`, `media`, `materials`, `surfaces`, `techniques`",
+            ),
             ("\"\\ud800\"", "1:1: unexpected end of hex escape"),
             ("{\"é\": 3,\n\"é\": \"\\ud800\"}", "2:1: found `é` twice; accepted: every field once"),
             ("{\"\\ud800\": 3}", "1:2: unexpected end of hex escape"),
