@@ -11,6 +11,7 @@
 //! | `direct` | light that comes straight to there |
 //! | `tracking` | flight to the next collision, and transmittance, by null collisions |
 //! | `march` | the ray cut at the cells of every medium |
+//! | `bodies` | particles and strands, exactly |
 //! | `majorant` | bounds of the extinction in each cell |
 //! | `medium` | coefficients at a point |
 //! | [`phase`] | which way scattered light goes |
@@ -27,6 +28,7 @@
 //! | [`simple`] | the same truth on one page, slow |
 
 mod area;
+mod bodies;
 pub mod bsdf;
 mod bvh;
 mod camera;

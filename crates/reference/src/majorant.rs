@@ -72,6 +72,8 @@ impl Bounds {
                 let cells = (noise.extent * FEATURE_CELLS).ceil().clamp(Vec3::ONE, Vec3::splat(MOST_CELLS as f32));
                 Self::over(cells.to_array().map(|n| n as usize), strengths, |low, high| noise.range(low, high))
             }
+            // Collisions with them are found without bounds.
+            Field::Particles(_) | Field::Strands(_) => Self { cells: [1; 3], ranges: vec![[0.0; 2]] },
             Field::Expression(expression) => Self { cells: [1; 3], ranges: vec![strengths(0.0, expression.highest)] },
         }
     }

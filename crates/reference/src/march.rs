@@ -197,7 +197,7 @@ fn unit_cube(origin: DVec3, direction: DVec3) -> Option<[f64; 2]> {
 }
 
 /// Where a ray from a point is kept by all planes: distances from (at least 0) and to, which may be infinite.
-fn kept(clip: &[Plane], origin: DVec3, direction: DVec3) -> Option<[f64; 2]> {
+pub(crate) fn kept(clip: &[Plane], origin: DVec3, direction: DVec3) -> Option<[f64; 2]> {
     let (mut enter, mut exit) = (0.0f64, f64::INFINITY);
     for plane in clip {
         let (above, climb) = (height(plane, origin), plane.normal.as_dvec3().dot(direction));

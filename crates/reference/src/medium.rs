@@ -2,9 +2,11 @@
 
 use glam::{DAffine3, DMat4, DVec3};
 use tyndall_scene::description::{Optics, Plane};
+use tyndall_scene::particles::Here;
 use tyndall_scene::{Color, Field, Temperature, Volume};
 
 use crate::ReferenceError;
+use crate::bodies::Bodies;
 use crate::majorant::Bounds;
 use crate::phase::Phase;
 
@@ -24,6 +26,9 @@ pub(crate) struct Medium {
     pub diagonal: f64,
     /// In the world; the medium is where every one of them keeps it.
     pub clip: Vec<Plane>,
+    /// What it is made of, where that is particles or strands: `bounds` are then of nothing, and collisions are found among
+    /// them, at [`rate`](Self::rate).
+    pub bodies: Option<Bodies>,
     world_from_unit: DAffine3,
     field: Field,
     response: Response,
@@ -41,6 +46,10 @@ pub(crate) struct Local {
 
 impl Local {
     const NOTHING: Self = Self { sigma_s: DVec3::ZERO, sigma_a: DVec3::ZERO, emission: DVec3::ZERO };
+
+    fn times(&self, density: f64) -> Self {
+        Self { sigma_s: self.sigma_s * density, sigma_a: self.sigma_a * density, emission: self.emission * density }
+    }
 }
 
 enum Response {
@@ -84,6 +93,7 @@ impl Medium {
             least: if glows || volume.temperature.is_some() { Self::GLOW_COLLISIONS / diagonal } else { 0.0 },
             diagonal,
             clip: volume.clip.clone(),
+            bodies: Bodies::new(&volume.field),
             world_from_unit: DAffine3::from_mat4(world_from_unit),
             field: volume.field.clone(),
             response,
@@ -110,24 +120,36 @@ impl Medium {
         self.least > 0.0
     }
 
+    /// Collisions with bodies per density: as many as extinction has in its strongest channel, and for what glows as many as
+    /// make its light seen.
+    pub fn rate(&self) -> f64 {
+        self.steepest.max(if self.glows() { 1.0 } else { 0.0 })
+    }
+
     /// The coefficients at a position in the unit cube; rounding beyond its faces does not matter.
     #[inline]
     pub fn at(&self, unit: DVec3) -> Local {
+        if let (Some(here), Response::Linear(one)) = (self.here(unit), &self.response) {
+            let mut local = one.times(here.density);
+            let lost = local.sigma_s * (1.0 - here.color);
+            local.sigma_s -= lost;
+            local.sigma_a += lost;
+            return self.tinted(local, unit);
+        }
         let Some(value) = self.value(unit) else { return Local::NOTHING };
-        let mut local = match &self.response {
-            Response::Linear(one) => {
-                let density = f64::from(value.max(0.0));
-                Local {
-                    sigma_s: one.sigma_s * density,
-                    sigma_a: one.sigma_a * density,
-                    emission: one.emission * density,
-                }
-            }
+        let local = match &self.response {
+            Response::Linear(one) => one.times(f64::from(value.max(0.0))),
             Response::Transfer(optics) => {
                 let c = optics.at(value);
                 Local { sigma_s: c.sigma_s.as_dvec3(), sigma_a: c.sigma_a.as_dvec3(), emission: c.emission.as_dvec3() }
             }
         };
+        self.tinted(local, unit)
+    }
+
+    /// What grids of colour and temperature make of it.
+    #[inline]
+    fn tinted(&self, mut local: Local, unit: DVec3) -> Local {
         if self.color.is_some() || self.temperature.is_some() {
             let point = self.world_from_unit.transform_point3(unit).as_vec3();
             if let Some(color) = &self.color {
@@ -145,11 +167,21 @@ impl Medium {
     /// The strength at a position in the unit cube: what `extinction` is per.
     #[inline]
     pub fn strength(&self, unit: DVec3) -> f64 {
+        if let Some(here) = self.here(unit) {
+            return here.density;
+        }
         let Some(value) = self.value(unit) else { return 0.0 };
         match &self.response {
             Response::Linear(_) => f64::from(value.max(0.0)),
             Response::Transfer(optics) => f64::from(strength(optics, value)),
         }
+    }
+
+    /// What bodies are at a position in the unit cube, in double precision: fibres are thinner than single resolves.
+    #[inline]
+    fn here(&self, unit: DVec3) -> Option<Here> {
+        self.bodies.as_ref()?;
+        self.field.bodies_at(self.world_from_unit.transform_point3(unit))
     }
 
     #[inline]

@@ -44,8 +44,9 @@ impl Tracer {
         let glows = media.iter().any(Medium::glows);
         let lights = Lights::new(world);
         let balls = lights.lamps.iter().map(|lamp| Ball::new(lamp, &media)).collect();
+        let bodies = (0..media.len()).filter(|&index| media[index].bodies.is_some()).collect();
         let surfaces = Surfaces::new(world);
-        Ok(Self { media: Media { media, scatters, glows }, surfaces, lights, balls, caustics: true })
+        Ok(Self { media: Media { media, bodies, scatters, glows }, surfaces, lights, balls, caustics: true })
     }
 
     /// The same without caustics, as [`Options::caustics`](crate::Options::caustics) defines them.

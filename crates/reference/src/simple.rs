@@ -8,6 +8,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 use tyndall_scene::description::{Coefficients, Optics};
+use tyndall_scene::particles::Particle;
 use tyndall_scene::{Field, Volume, World};
 
 use crate::Random;
@@ -201,6 +202,14 @@ fn highest(volume: &Volume) -> f64 {
         }
         (_, Field::Sphere(_)) => sigma_t(1.0),
         (_, Field::Noise(noise)) => sigma_t(noise.range(Vec3::ZERO, Vec3::ONE)[1]),
+        // As if all overlapped: enough for the few that a page of code can trace.
+        (_, Field::Particles(particles)) => {
+            let middle = |particle: &Particle| particle.density(particle.position.as_dvec3());
+            sigma_t(1.0) * particles.list().iter().map(middle).sum::<f64>()
+        }
+        (_, Field::Strands(strands)) => {
+            sigma_t(1.0) * (0..strands.count()).map(|index| strands.segment(index).density()).sum::<f64>()
+        }
         (_, Field::Expression(expression)) => sigma_t(expression.highest),
     }
 }

@@ -7,15 +7,26 @@
 use glam::DVec3;
 
 use crate::Random;
-use crate::march::March;
-use crate::medium::Medium;
+use crate::march::{March, kept};
+use crate::medium::{Local, Medium};
 
 /// All media of a scene.
 pub(crate) struct Media {
     pub media: Vec<Medium>,
+    /// Which of them are particles or strands.
+    pub bodies: Vec<usize>,
     /// Whether any of them scatters, and whether any glows.
     pub scatters: bool,
     pub glows: bool,
+}
+
+/// The way of a flight.
+#[derive(Clone, Copy)]
+struct Ray {
+    origin: DVec3,
+    direction: DVec3,
+    /// Where it ends [m]; may be infinite.
+    limit: f64,
 }
 
 /// What a path carries from collision to collision.
@@ -100,29 +111,42 @@ impl Media {
     ) -> End {
         let mut march = std::mem::take(&mut flight.march);
         march.start(&self.media, origin, direction, limit);
-        let end = self.collide(&mut march, scattering, flight, rng);
+        let end = self.collide(Ray { origin, direction, limit }, &mut march, scattering, flight, rng);
         flight.march = march;
         end
     }
 
-    fn collide(&self, march: &mut March, scattering: bool, flight: &mut Flight, rng: &mut Random) -> End {
+    fn collide(&self, ray: Ray, march: &mut March, scattering: bool, flight: &mut Flight, rng: &mut Random) -> End {
         let mut depth = rng.exponential();
+        // Collisions with bodies come on top, as their density is no constant of a piece.
+        let mut body = self.body(ray, 0.0, rng);
         while let Some((mut here, end)) = march.piece() {
-            let majorant = self.majorant(march);
+            let cells = self.majorant(march);
             loop {
-                let reach = majorant * (end - here);
+                let reach = cells * (end.min(body) - here);
                 if depth >= reach {
                     depth -= reach;
-                    break;
+                    if body >= end {
+                        break;
+                    }
+                    here = body;
+                    body = self.body(ray, here, rng);
+                } else {
+                    here += depth / cells;
+                    depth = rng.exponential();
                 }
-                here += depth / majorant;
-                depth = rng.exponential();
+                let point = ray.origin + ray.direction * here;
+                let majorant = cells + self.body_rate(point);
+                // On a body's surface rounding may find nothing.
+                if majorant == 0.0 {
+                    continue;
+                }
                 if flight.collisions == 0 {
                     return End::Lost;
                 }
                 flight.collisions -= 1;
 
-                let (sigma_s, sigma_a) = self.look(march, here, majorant, flight);
+                let (sigma_s, sigma_a) = self.look(march, point, here, majorant, flight);
                 let null = (DVec3::splat(majorant) - sigma_s - sigma_a).max(DVec3::ZERO);
                 let (real, passed) = (flight.weight.dot(sigma_s), flight.weight.dot(null));
                 if scattering && real > 0.0 {
@@ -157,21 +181,58 @@ impl Media {
 
     /// σ_s and σ_a at a tentative collision [m⁻¹]; emission is collected, and scatterers are listed.
     #[inline]
-    fn look(&self, march: &March, distance: f64, majorant: f64, flight: &mut Flight) -> (DVec3, DVec3) {
+    fn look(&self, march: &March, point: DVec3, distance: f64, majorant: f64, flight: &mut Flight) -> (DVec3, DVec3) {
         let (mut sigma_s, mut sigma_a, mut emission) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
         flight.scatterers.clear();
-        for cursor in march.cursors().iter().filter(|cursor| cursor.occupied()) {
-            let medium = &self.media[cursor.medium];
-            let local = medium.at(cursor.at(distance));
+        let mut add = |medium: usize, local: Local| {
             sigma_s += local.sigma_s;
             sigma_a += local.sigma_a;
             emission += local.emission;
             if local.sigma_s != DVec3::ZERO {
-                flight.scatterers.push(Scatterer { sigma_s: local.sigma_s, medium: cursor.medium });
+                flight.scatterers.push(Scatterer { sigma_s: local.sigma_s, medium });
+            }
+        };
+        for cursor in march.cursors().iter().filter(|cursor| cursor.occupied()) {
+            add(cursor.medium, self.media[cursor.medium].at(cursor.at(distance)));
+        }
+        for &index in &self.bodies {
+            if let Some(unit) = self.media[index].place(point) {
+                add(index, self.media[index].at(unit));
             }
         }
         flight.radiance += flight.weight * emission / majorant;
         (sigma_s, sigma_a)
+    }
+
+    /// The distance [m] along a ray of the next collision with a body, beyond `from`; infinite where there is none.
+    fn body(&self, Ray { origin, direction, limit }: Ray, from: f64, rng: &mut Random) -> f64 {
+        self.bodies.iter().fold(f64::INFINITY, |nearest, &index| {
+            let medium = &self.media[index];
+            let Some([enter, exit]) = kept(&medium.clip, origin, direction) else { return nearest };
+            let Some(bodies) = &medium.bodies else { return nearest };
+            let range = [from.max(enter), nearest.min(exit).min(limit)];
+            nearest.min(bodies.collision(origin, direction, range, medium.rate(), rng))
+        })
+    }
+
+    /// How many collisions with bodies a ray has at a point [m⁻¹].
+    fn body_rate(&self, point: DVec3) -> f64 {
+        let of = |&index: &usize| {
+            let medium = &self.media[index];
+            medium.place(point).map(|unit| medium.rate() * medium.strength(unit))
+        };
+        self.bodies.iter().filter_map(of).sum()
+    }
+
+    /// The optical depth of all bodies over a distance [m].
+    fn body_depth(&self, origin: DVec3, direction: DVec3, distance: f64) -> DVec3 {
+        let of = |&index: &usize| {
+            let medium = &self.media[index];
+            let [enter, exit] = kept(&medium.clip, origin, direction)?;
+            let depth = medium.bodies.as_ref()?.depth(origin, direction, [enter, exit.min(distance)]);
+            Some(medium.extinction * depth)
+        };
+        self.bodies.iter().filter_map(of).sum()
     }
 
     /// The media that scatter at a point.
@@ -186,7 +247,7 @@ impl Media {
     /// The transmittance over a distance [m] (infinite: to beyond all media): residual ratio tracking [Novak14]. What the
     /// lower bound of a cell takes is known exactly; only what may come on top is left to chance.
     ///
-    /// It is deterministic in a homogeneous medium, and its mean is the transmittance in every other.
+    /// It is deterministic in homogeneous media and those of bodies, and its mean is the transmittance in every other.
     pub fn transmittance(
         &self,
         origin: DVec3,
@@ -199,7 +260,7 @@ impl Media {
             return DVec3::ONE;
         }
         march.start(&self.media, origin, direction, distance);
-        let mut certain = DVec3::ZERO;
+        let mut certain = self.body_depth(origin, direction, distance);
         let mut ratio = DVec3::ONE;
         let mut depth = rng.exponential();
         let mut collisions = Flight::MOST_COLLISIONS;

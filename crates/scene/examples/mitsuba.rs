@@ -74,6 +74,9 @@ fn export(scene: &Path, folder: &Path, settings: &[&str]) -> Result<()> {
                 json!(path)
             }
             Field::Mesh(_) => return Err(format!("media.{name}: Mitsuba has no unstructured meshes").into()),
+            Field::Particles(_) | Field::Strands(_) => {
+                return Err(format!("media.{name}: Mitsuba has no particles and strands").into());
+            }
             _ => return Err(format!("media.{name}: Mitsuba has no densities that are functions").into()),
         };
         media.push(json!({

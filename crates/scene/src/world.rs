@@ -4,14 +4,16 @@ use std::collections::BTreeMap;
 use std::io;
 use std::sync::Arc;
 
-use glam::{Mat4, Vec3};
+use glam::{DVec3, Mat4, Vec3};
 
 use crate::assets::{Assets, Hashed};
 use crate::description::{
     Camera, Clip, Coefficients, Density, Light, Medium, Optics, Plane, Raw, Scene, TemperatureGrid,
 };
 use crate::field::{Expression, Formula, Fractal, Noise, Sphere};
+use crate::particles::{Emission, Here, Particles, read_particles};
 use crate::phase::PhaseFunction;
+use crate::strands::{Strands, grow, read_strands};
 use crate::surface::{self, Surface, SurfaceError, TextureError};
 use crate::volume::{Budget, FileError, Grid, Mesh, VolumeError, read_grid, read_mesh};
 use crate::{Color, EnvironmentError, EnvironmentMap, FieldError, PlacedGrid, Temperature, document};
@@ -62,13 +64,16 @@ impl Volume {
     pub fn coefficients(&self, point: Vec3) -> Option<Coefficients> {
         let unit = self.unit_from_world.transform_point3(point);
         // Outside there is no medium, whatever a transfer function says of the value 0.
-        let value = self.field.within(unit)?;
+        let (value, tint) = match self.field.bodies_at(point.as_dvec3()) {
+            Some(here) => (here.density as f32, Some(here.color.as_vec3())),
+            None => (self.field.within(unit)?, self.color.as_ref().map(|color| color.at(point))),
+        };
         if !self.clip.iter().all(|plane| plane.keeps(point)) {
             return None;
         }
         let mut here = self.optics.at(value);
-        if let Some(color) = &self.color {
-            let scattered = here.sigma_s * color.at(point);
+        if let Some(tint) = tint {
+            let scattered = here.sigma_s * tint;
             here.sigma_a += here.sigma_s - scattered;
             here.sigma_s = scattered;
         }
@@ -76,6 +81,14 @@ impl Volume {
             here.emission += here.sigma_a * temperature.radiance(point);
         }
         Some(here)
+    }
+
+    /// Puts particles or strands in place of those it has: the next picture of an animation, as the medium's transform
+    /// [moved](Particles::moved) them.
+    pub fn set_bodies(&mut self, field: Field) {
+        self.world_from_unit = field.world_from_unit();
+        self.unit_from_world = self.world_from_unit.as_dmat4().inverse().as_mat4();
+        self.field = field;
     }
 }
 
@@ -101,6 +114,10 @@ pub enum Field {
     Grid(Arc<Grid>),
     /// Tetrahedra; outside of them there is no medium.
     Mesh(Arc<Mesh>),
+    /// Soft balls in the world, over the box around them.
+    Particles(Arc<Particles>),
+    /// Fibres in the world, over the box around them.
+    Strands(Arc<Strands>),
 }
 
 impl Field {
@@ -123,7 +140,40 @@ impl Field {
             Field::Expression(expression) => Some(expression.value(unit)),
             Field::Grid(grid) => Some(grid.trilinear(unit)),
             Field::Mesh(mesh) => mesh.value(unit),
+            Field::Particles(_) | Field::Strands(_) => {
+                let [low, high] = self.bodies_box();
+                Some(self.bodies_at((low + unit * (high - low)).as_dvec3())?.density as f32)
+            }
         }
+    }
+
+    /// What bodies (particles or strands) are at a point of the world [m]; `None` of a field that is not made of bodies.
+    pub fn bodies_at(&self, point: DVec3) -> Option<Here> {
+        match self {
+            Field::Particles(particles) => Some(particles.at(point)),
+            Field::Strands(strands) => Some(strands.at(point)),
+            _ => None,
+        }
+    }
+
+    /// The box around all bodies [m], a little wider than they need; a box about the origin where there are none.
+    fn bodies_box(&self) -> [Vec3; 2] {
+        let bounds = match self {
+            Field::Particles(particles) => particles.bounds(),
+            Field::Strands(strands) => strands.bounds(),
+            _ => None,
+        };
+        bounds.map_or([Vec3::splat(-0.5), Vec3::splat(0.5)], |[low, high]| {
+            // The map of the box to the unit cube is rounded.
+            let margin = 1e-5 * (high - low) + 1e-6 * low.abs().max(high.abs());
+            [low - margin, high + margin]
+        })
+    }
+
+    /// The map from the unit cube to the world of a field that is made of bodies.
+    fn world_from_unit(&self) -> Mat4 {
+        let [low, high] = self.bodies_box();
+        Mat4::from_translation(low) * Mat4::from_scale(high - low)
     }
 }
 
@@ -236,8 +286,7 @@ impl World {
         let mut loader = Loader { assets, left: budget, hasher, grids: Vec::new(), meshes: Vec::new() };
         let mut volumes = Vec::new();
         for (name, medium) in &scene.media {
-            let (field, local_from_unit) = loader.field(name, &medium.density)?;
-            let world_from_unit = medium.transform.matrix() * local_from_unit;
+            let (field, world_from_unit) = loader.field(name, medium)?;
             let unit_from_world = inverse(name, world_from_unit)?;
             let optics = medium.optics.clone();
             let temperature = loader.temperature(name, medium)?;
@@ -317,10 +366,11 @@ struct Source {
 }
 
 impl Loader<'_> {
-    /// A density as a field over the unit cube, and the map from that cube to the medium's space.
-    fn field(&mut self, medium: &str, density: &Density) -> Result<(Field, Mat4), LoadError> {
-        let box_map = |min: &Vec3, max: &Vec3| Mat4::from_translation(*min) * Mat4::from_scale(max - min);
-        Ok(match density {
+    /// A medium's density as a field over the unit cube, and the map from that cube to the world.
+    fn field(&mut self, name: &str, medium: &Medium) -> Result<(Field, Mat4), LoadError> {
+        let world = medium.transform.matrix();
+        let box_map = |min: &Vec3, max: &Vec3| world * Mat4::from_translation(*min) * Mat4::from_scale(max - min);
+        Ok(match &medium.density {
             Density::Homogeneous { min, max } => (Field::Homogeneous, box_map(min, max)),
             Density::Exponential { min, max, base, scale_height } => {
                 let height = max.y - min.y;
@@ -337,33 +387,72 @@ impl Loader<'_> {
                 (Field::Noise(Noise { fractal, threshold: *threshold, origin, extent }), box_map(min, max))
             }
             Density::Expression { min, max, wgsl, highest } => {
-                let formula = Formula::parse(wgsl).map_err(|error| error.of(medium))?;
+                let formula = Formula::parse(wgsl).map_err(|error| error.of(name))?;
                 let field = Expression { formula, min: *min, size: max - min, highest: *highest };
                 (Field::Expression(Arc::new(field)), box_map(min, max))
             }
-            Density::Grid { file, name, raw } => {
-                let source = Source { file: file.clone(), name: name.clone(), raw: raw.clone() };
-                let grid = self.grid(source, &format!("media.{medium}.density.grid"), "name")?;
-                let map = grid.world_from_unit();
+            Density::Grid { file, name: of, raw } => {
+                let source = Source { file: file.clone(), name: of.clone(), raw: raw.clone() };
+                let grid = self.grid(source, &format!("media.{name}.density.grid"), "name")?;
+                let map = world * grid.world_from_unit();
                 (Field::Grid(grid), map)
             }
-            Density::Mesh { file, name } => {
+            density @ Density::Mesh { file, name: of } => {
                 let mesh = match self.meshes.iter().find(|(known, _)| known == density) {
                     Some((_, mesh)) => mesh.clone(),
                     None => {
                         let assets = Hashed::new(self.assets, &mut self.hasher);
-                        let mesh = read_mesh(file, name.as_deref(), &assets, self.left)
-                            .map_err(|error| wrong(&format!("media.{medium}.density.mesh"), "name", file, error))?;
+                        let mesh = read_mesh(file, of.as_deref(), &assets, self.left)
+                            .map_err(|error| wrong(&format!("media.{name}.density.mesh"), "name", file, error))?;
                         self.left.0 = self.left.0.saturating_sub(mesh.bytes());
                         let mesh = Arc::new(mesh);
                         self.meshes.push((density.clone(), mesh.clone()));
                         mesh
                     }
                 };
-                let map = mesh.world_from_unit();
+                let map = world * mesh.world_from_unit();
                 (Field::Mesh(mesh), map)
             }
+            Density::Particles(given) => {
+                let assets = Hashed::new(self.assets, &mut self.hasher);
+                let particles = read_particles(&given.file, given, &assets, self.left)
+                    .map_err(|error| wrong(&format!("media.{name}.density.particles"), "name", &given.file, error))?;
+                self.particles(name, medium, particles)?
+            }
+            Density::Emitter(emitter) => {
+                let emission = Emission::new(emitter, self.left);
+                let particles = emission.and_then(|mut emission| emission.at(emitter.time.into()));
+                self.particles(name, medium, particles.map_err(|error| unmade(name, "emitter", &error))?)?
+            }
+            Density::Strands(given) => {
+                let assets = Hashed::new(self.assets, &mut self.hasher);
+                let strands = read_strands(&given.file, given, &assets, self.left)
+                    .map_err(|error| wrong(&format!("media.{name}.density.strands"), "name", &given.file, error))?;
+                self.strands(name, medium, strands)?
+            }
+            Density::Head(head) => {
+                let strands = grow(head, self.left).map_err(|error| unmade(name, "head", &error))?;
+                self.strands(name, medium, strands)?
+            }
         })
+    }
+
+    /// Particles where a medium's transform puts them.
+    fn particles(&mut self, name: &str, medium: &Medium, particles: Particles) -> Result<(Field, Mat4), LoadError> {
+        let particles = particles.moved(&medium.transform).map_err(|error| displaced(name, &error))?;
+        self.left.0 = self.left.0.saturating_sub(Particles::BYTES * particles.list().len() as u64);
+        let field = Field::Particles(Arc::new(particles));
+        let map = field.world_from_unit();
+        Ok((field, map))
+    }
+
+    /// The same of strands.
+    fn strands(&mut self, name: &str, medium: &Medium, strands: Strands) -> Result<(Field, Mat4), LoadError> {
+        let strands = strands.moved(&medium.transform).map_err(|error| displaced(name, &error))?;
+        self.left.0 = self.left.0.saturating_sub(Strands::BYTES * strands.knots().len() as u64);
+        let field = Field::Strands(Arc::new(strands));
+        let map = field.world_from_unit();
+        Ok((field, map))
     }
 
     fn temperature(&mut self, name: &str, medium: &Medium) -> Result<Option<Temperature>, LoadError> {
@@ -415,6 +504,32 @@ impl Loader<'_> {
         self.grids.push((source, grid.clone()));
         Ok(grid)
     }
+}
+
+/// What is wrong, where no file is to blame.
+fn said(error: &VolumeError) -> String {
+    match error {
+        VolumeError::Corrupt { what } => what.clone(),
+        other => other.to_string(),
+    }
+}
+
+/// What is wrong with bodies that no file says, but a scene's numbers.
+fn unmade(medium: &str, density: &str, error: &VolumeError) -> LoadError {
+    LoadError::Field(FieldError {
+        path: format!("media.{medium}.density.{density}.number"),
+        found: said(error),
+        accepted: "as many as memory holds, and lengths up to 1e9 m".into(),
+    })
+}
+
+/// What is wrong with bodies that were well before they were moved.
+fn displaced(medium: &str, error: &VolumeError) -> LoadError {
+    LoadError::Field(FieldError {
+        path: format!("media.{medium}.transform"),
+        found: said(error),
+        accepted: "a transform that leaves the bodies in that range".into(),
+    })
 }
 
 /// A grid where a medium's transform puts it.

@@ -3,6 +3,7 @@
 
 mod agreement;
 mod beer;
+mod bodies;
 mod bsdf;
 mod caustics;
 mod clip;

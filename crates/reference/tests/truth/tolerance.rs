@@ -13,6 +13,9 @@ pub const SIGMAS: f64 = 4.5;
 /// Relative error of scene data in single precision, after some arithmetic.
 pub const ROUNDING: f64 = 3e-6;
 
+/// Relative error of a transmittance through hundreds of bodies, whose depths are sums in double precision.
+pub const SUM: f64 = 1e-9;
+
 /// A table's integral by a rule whose points miss its nodes, and its values' rounding to single precision.
 pub const TABLE: f64 = 1e-6;
 

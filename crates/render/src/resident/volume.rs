@@ -175,8 +175,8 @@ fn encode_volume(volume: &tyndall_scene::Volume) -> Volume {
             (encoded.field_origin, encoded.field_extent) = (expression.min, expression.size);
             highest = expression.highest;
         }
-        // Only the technique `cells` renders it, which knows what it is.
-        Field::Mesh(_) => {}
+        // Techniques of their own render them, which know what they are.
+        Field::Mesh(_) | Field::Particles(_) | Field::Strands(_) => {}
     }
     encoded.majorant = tables::majorant(&volume.optics)(0.0, highest);
     match &volume.optics {

@@ -161,17 +161,25 @@ pub fn chosen(scene: &tyndall_scene::Scene) -> Result<Vec<(&'static Technique, S
     Ok(chosen)
 }
 
-/// Refuses unstructured meshes, in the name of a technique that does not render them.
+/// Refuses what is no field over a box (unstructured meshes, particles, strands), in the name of a technique that does not
+/// render it.
 fn without_meshes(world: &World, technique: &str) -> Result<(), RenderError> {
-    match world.volumes.iter().find(|volume| matches!(volume.field, Field::Mesh(_))) {
-        None => Ok(()),
-        Some(volume) => Err(FieldError {
-            path: format!("media.{}.density.mesh", volume.name),
-            found: format!("a mesh, with techniques.{technique}"),
-            accepted: "a mesh with techniques.cells".into(),
+    for volume in &world.volumes {
+        let (density, what, accepted) = match &volume.field {
+            Field::Mesh(_) => ("mesh", "a mesh", "a mesh with techniques.cells"),
+            Field::Particles(_) => ("particles", "particles", "particles with `tyndall reference`"),
+            Field::Strands(_) => ("strands", "strands", "strands with `tyndall reference`"),
+            _ => continue,
+        };
+        let density = world.scene.media.get(&volume.name).and_then(|medium| medium.density.bodies()).unwrap_or(density);
+        return Err(FieldError {
+            path: format!("media.{}.density.{density}", volume.name),
+            found: format!("{what}, with techniques.{technique}"),
+            accepted: accepted.into(),
         }
-        .into()),
+        .into());
     }
+    Ok(())
 }
 
 /// Refuses surfaces, in the name of a technique whose media do not end at them.

@@ -1,6 +1,6 @@
 //! What holds between a scene's fields, which no field can check alone.
 
-use super::{Density, Light, Optics, Raw, Scene, Shape};
+use super::{Density, Emitter, Light, Medium, Optics, Raw, Scene, Shape};
 use crate::FieldError;
 use crate::field::{Formula, MAX_COORDINATE};
 use crate::volume::Format;
@@ -113,7 +113,25 @@ impl Scene {
                     Formula::parse(wgsl).map_err(|error| error.of(name))?;
                 }
                 Density::Grid { file, name: grid, raw } => check_grid(name, file, grid.as_deref(), raw.as_ref())?,
-                Density::Homogeneous { .. } | Density::Sphere { .. } | Density::Mesh { .. } => {}
+                Density::Emitter(Emitter { lifetime, frame_rate, .. }) if lifetime * frame_rate > MOST_STEPS => {
+                    let found = format!("{frame_rate:?} with lifetime = {lifetime:?}");
+                    return invalid(&format!("media.{name}.density.emitter.frame_rate"), found, ACCEPTED_STEPS);
+                }
+                Density::Emitter(Emitter { time, lifetime, .. }) if time / lifetime > MOST_LIVES => {
+                    let found = format!("{time:?} with lifetime = {lifetime:?}");
+                    let accepted = "a time of at most 10000 lifetimes";
+                    return invalid(&format!("media.{name}.density.emitter.time"), found, accepted);
+                }
+                Density::Homogeneous { .. }
+                | Density::Sphere { .. }
+                | Density::Mesh { .. }
+                | Density::Particles(_)
+                | Density::Emitter(_)
+                | Density::Strands(_)
+                | Density::Head(_) => {}
+            }
+            if let Some(bodies) = medium.density.bodies() {
+                check_bodies(name, bodies, medium)?;
             }
             if let Optics::Coefficients { phase, .. } = &medium.optics {
                 phase.check(&format!("media.{name}.optics.coefficients.phase"))?;
@@ -133,6 +151,29 @@ impl Scene {
         }
         Ok(())
     }
+}
+
+/// The most steps of a particle's life, and the most lives that are emitted before a picture is taken.
+const MOST_STEPS: f32 = 10_000.0;
+const ACCEPTED_STEPS: &str = "at most 10000 steps in a lifetime";
+const MOST_LIVES: f32 = 10_000.0;
+
+/// Bodies stay round, and what they do to light is in proportion to how many overlap.
+fn check_bodies(name: &str, bodies: &str, medium: &Medium) -> Result<(), FieldError> {
+    let scale = medium.transform.scale;
+    if scale != glam::Vec3::splat(scale.x) {
+        let found = format!("{:?} with density.{bodies}", scale.to_array());
+        return invalid(&format!("media.{name}.transform.scale"), found, "the same factor on every axis");
+    }
+    if matches!(medium.optics, Optics::Transfer(_)) {
+        let found = format!("it with density.{bodies}");
+        return invalid(&format!("media.{name}.optics.transfer"), found, "optics.coefficients");
+    }
+    if medium.color.is_some() {
+        let found = format!("it with density.{bodies}, which has colours of its own");
+        return invalid(&format!("media.{name}.color"), found, "it with other densities");
+    }
+    Ok(())
 }
 
 /// What a file is asked for is what its format has.

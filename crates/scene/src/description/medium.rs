@@ -6,7 +6,7 @@ use super::phase::Phase;
 use super::quantity::{
     ByteCount, Finite, Fraction, Lacunarity, NonNegative, Octaves, Positive, Rgb, Scale, Seed, Vector, VoxelCounts,
 };
-use super::{Clip, ColorGrids, TemperatureGrid, Transfer};
+use super::{BodyFile, Clip, ColorGrids, Emitter, Head, TemperatureGrid, Transfer};
 use crate::volume::Stored;
 
 /// A participating medium: a density in space, and what a unit of it does to light.
@@ -141,6 +141,29 @@ pub enum Density {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         name: Option<String>,
     },
+    /// Soft balls from a file, as a medium whose extinction is per metre and unit of σ_s + σ_a: PLY `.ply`, NumPy `.npz` and
+    /// `.npy`, `.csv` (`docs/particles.md`). The transform moves them and scales their radii; it scales all axes alike.
+    Particles(BodyFile),
+    /// The same from a source of smoke.
+    Emitter(Emitter),
+    /// Fibres such as hair from a file, as a medium whose extinction is per metre and unit of σ_s + σ_a: `.hair`, or text
+    /// `.txt` (`docs/particles.md`). The transform moves them and scales their radii; it scales all axes alike.
+    Strands(BodyFile),
+    /// The same on a head.
+    Head(Head),
+}
+
+impl Density {
+    /// What the density is called in a file, of one that is made of bodies: particles or strands.
+    pub fn bodies(&self) -> Option<&'static str> {
+        match self {
+            Density::Particles(_) => Some("particles"),
+            Density::Emitter(_) => Some("emitter"),
+            Density::Strands(_) => Some("strands"),
+            Density::Head(_) => Some("head"),
+            _ => None,
+        }
+    }
 }
 
 /// Voxels without header, x fastest; the grid is centred at the origin.

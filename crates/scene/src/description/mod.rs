@@ -4,6 +4,7 @@
 //! is read ([`quantity`]), so an error always knows its line. Lengths are metres, radiances W·sr⁻¹·m⁻², angles in
 //! files degrees; y is up and the world is right-handed.
 
+mod bodies;
 mod camera;
 mod check;
 mod clip;
@@ -21,6 +22,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use bodies::{BodyFile, Emitter, Head};
 pub use camera::{Camera, Film};
 pub use clip::{Bounds, Clip, Cut, Plane};
 pub use color_map::ColorMap;

@@ -9,6 +9,7 @@ use serde::de::{self, Deserializer, Visitor};
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::field::MAX_OCTAVES;
+use crate::particles::RADII;
 
 /// Declares a scalar kind: its name, what is accepted in words, the test, and the schema's bounds.
 macro_rules! scalar {
@@ -97,6 +98,12 @@ scalar!(
     Lacunarity, "a number from 1 to 8", |x| (1.0..=8.0).contains(&x), { "minimum": 1, "maximum": 8 }
 );
 
+scalar!(
+    /// The radius of a particle or fibre [m].
+    BodyRadius, "a radius from 1e-7 to 1e6 metres", |x| (RADII[0]..=RADII[1]).contains(&x),
+    { "minimum": 1e-7, "maximum": 1e6 }
+);
+
 /// Declares a kind of whole numbers: its name, what is accepted in words, and its bounds.
 macro_rules! whole {
     ($(#[$doc:meta])* $name:ident, $accepted:literal, $min:expr, $max:expr) => {
@@ -139,6 +146,18 @@ whole!(
     Seed, "a whole number from 0 to 4294967295", 0u32, u32::MAX
 );
 
+whole!(
+    /// How many particles or strands.
+    BodyCount, "a whole number from 1 to 16777216", 1u32, 1u32 << 24
+);
+whole!(
+    /// How many parts a strand has.
+    Steps, "a whole number from 1 to 1000", 1u32, 1000u32
+);
+whole!(
+    /// How many clumps hair has.
+    Clumps, "a whole number from 1 to 4096", 1u32, 4096u32
+);
 whole!(
     /// The place of a vertex in a list.
     VertexIndex, "a whole number from 0 to 4294967295", 0u32, u32::MAX
@@ -231,29 +250,57 @@ triple!(
     { "exclusiveMinimum": 0 }
 );
 
-/// [`Rgb`] that may be left out (`default`, `skip_serializing_if = "Option::is_none"`).
-pub struct OptionalRgb;
+triple!(
+    /// A share of light as linear Rec. 709 RGB; one number is grey.
+    Tint, "a number from 0 to 1, or three of them [r, g, b]", splat: true,
+    |v| v.min_element() >= 0.0 && v.max_element() <= 1.0, { "minimum": 0, "maximum": 1 }
+);
 
-impl OptionalRgb {
-    /// Reads the spectrum, or says what is accepted.
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Vec3>, D::Error> {
-        Rgb::deserialize(deserializer).map(Some)
-    }
+/// Declares a kind that may be left out (`default`, `skip_serializing_if = "Option::is_none"`).
+macro_rules! optional {
+    ($(#[$doc:meta])* $name:ident, $kind:ident, $type:ty) => {
+        $(#[$doc])*
+        pub struct $name;
 
-    /// Writes the spectrum as `[r, g, b]`.
-    pub fn serialize<S: Serializer>(value: &Option<Vec3>, serializer: S) -> Result<S::Ok, S::Error> {
-        value.serialize(serializer)
-    }
+        impl $name {
+            /// Reads the value, or says what is accepted.
+            pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<$type>, D::Error> {
+                $kind::deserialize(deserializer).map(Some)
+            }
+
+            /// Writes the value.
+            pub fn serialize<S: Serializer>(value: &Option<$type>, serializer: S) -> Result<S::Ok, S::Error> {
+                value.serialize(serializer)
+            }
+        }
+
+        impl JsonSchema for $name {
+            fn schema_name() -> Cow<'static, str> {
+                $kind::schema_name()
+            }
+            fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+                $kind::json_schema(generator)
+            }
+        }
+    };
 }
 
-impl JsonSchema for OptionalRgb {
-    fn schema_name() -> Cow<'static, str> {
-        Rgb::schema_name()
-    }
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        Rgb::json_schema(generator)
-    }
-}
+optional!(
+    /// [`Rgb`] that may be left out.
+    OptionalRgb, Rgb, Vec3
+);
+optional!(
+    /// [`Tint`] that may be left out.
+    OptionalTint, Tint, Vec3
+);
+optional!(
+    /// [`Fraction`] that may be left out.
+    OptionalFraction, Fraction, f32
+);
+optional!(
+    /// [`BodyRadius`] that may be left out.
+    OptionalRadius, BodyRadius, f32
+);
 
 /// A component of a vector.
 #[derive(Clone, Copy)]

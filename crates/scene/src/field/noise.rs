@@ -36,14 +36,18 @@ const LARGEST: f32 = 1.5;
 
 /// The gradient at a corner of the cell at `low`: evenly distributed in [−1, 1]³.
 fn gradient(low: Vec3, corner: UVec3, key: UVec3) -> Vec3 {
+    (hash(low, corner, key) >> 8u32).as_vec3() * (1.0 / 8_388_608.0) - 1.0
+}
+
+/// Three random numbers of a corner of the cell at `low`.
+pub(super) fn hash(low: Vec3, corner: UVec3, key: UVec3) -> UVec3 {
     // Beyond 2³⁰ a float has no fraction, and the noise is that of a lattice point.
     let cell = low.clamp(Vec3::splat(-1073741824.0), Vec3::splat(1073741824.0)).as_ivec3().as_uvec3();
-    let hash = pcg3d(cell.wrapping_add(corner).wrapping_add(key));
-    (hash >> 8u32).as_vec3() * (1.0 / 8_388_608.0) - 1.0
+    pcg3d(cell.wrapping_add(corner).wrapping_add(key))
 }
 
 /// 6t⁵ − 15t⁴ + 10t³ [Perlin02].
-fn fade(t: Vec3) -> Vec3 {
+pub(super) fn fade(t: Vec3) -> Vec3 {
     t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
 }
 

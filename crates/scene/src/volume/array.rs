@@ -155,7 +155,7 @@ impl Stored {
     }
 
     /// The value of `bytes`, of which there are [`size`](Self::size).
-    fn decode(self, bytes: &[u8], big_endian: bool) -> f64 {
+    pub(crate) fn decode(self, bytes: &[u8], big_endian: bool) -> f64 {
         let mut ordered = [0; 8];
         let ordered = &mut ordered[..bytes.len()];
         ordered.copy_from_slice(bytes);

@@ -163,6 +163,18 @@ pub enum VolumeError {
         /// Bytes allowed.
         budget: u64,
     },
+    /// The bodies would not fit into the budget, or into the numbers that count them. Nothing was allocated.
+    #[error("{count} {what} need {bytes} bytes; the budget is {budget}")]
+    TooMany {
+        /// What there are too many of.
+        what: &'static str,
+        /// How many.
+        count: u64,
+        /// Bytes that they would need (saturated).
+        bytes: u64,
+        /// Bytes allowed.
+        budget: u64,
+    },
     /// The grid is within the budget, but the machine has no memory for it.
     #[error("no memory for {bytes} bytes of voxels")]
     OutOfMemory {
@@ -202,11 +214,11 @@ fn list(what: &str, available: &[String]) -> String {
 
 impl VolumeError {
     /// `bytes` do not begin as a file of `format` does.
-    pub(super) fn not(format: &'static str, bytes: &[u8], accepted: &'static str) -> Self {
+    pub(crate) fn not(format: &'static str, bytes: &[u8], accepted: &'static str) -> Self {
         Self::NotFormat { format, found: bytes[..bytes.len().min(8)].escape_ascii().to_string(), accepted }
     }
 
-    pub(super) fn corrupt(what: impl Into<String>) -> Self {
+    pub(crate) fn corrupt(what: impl Into<String>) -> Self {
         Self::Corrupt { what: what.into() }
     }
 }

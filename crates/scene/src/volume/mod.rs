@@ -36,6 +36,7 @@ pub use mesh::{Cell, Mesh, Values};
 pub use meta_image::read_meta_image;
 pub use nanovdb::{nanovdb_grid_names, read_nanovdb};
 pub use nifti::read_nifti;
+pub(crate) use npy::NpyTable;
 pub use npy::read_npy;
 pub use nrrd::read_nrrd;
 pub use vdb::{read_vdb, vdb_grid_names};

@@ -25,7 +25,14 @@ const MAX_HEADER: u64 = 1 << 16;
 /// bits and floats of 16, 32, 64 bits, in either byte order.
 pub fn read_npy(bytes: &[u8], budget: Budget) -> Result<Grid, VolumeError> {
     let (header, start) = header(bytes)?;
-    let Header { stored, big_endian, fortran, shape: [nz, ny, nx] } = Header::parse(header)?;
+    let Header { stored, big_endian, fortran, shape } = Header::parse(header)?;
+    let Some([nz, ny, nx]) = <[u64; 3]>::try_from(shape.as_slice()).ok().filter(|shape| shape.iter().all(|&n| n > 0))
+    else {
+        return Err(VolumeError::Unsupported {
+            found: format!("an array of shape {}", tuple(&shape)),
+            accepted: "three axes [z][y][x] of at least one voxel",
+        });
+    };
     let spacing = DVec3::splat(1.0 / nx.max(ny).max(nz) as f64);
     let (dims, turn) = match fortran {
         false => ([nx, ny, nz], DMat4::IDENTITY),
@@ -44,6 +51,44 @@ pub fn read_npy(bytes: &[u8], budget: Budget) -> Result<Grid, VolumeError> {
     let voxels = array.read(Packed { bytes, coding: Coding::Plain }, budget)?;
     let world_from_index = invertible(turn * centred(dims, spacing), "shape")?;
     Ok(Grid::bricked(dims.map(|n| n as u32), voxels, world_from_index))
+}
+
+/// An array of any shape, whose numbers are read one by one.
+pub(crate) struct NpyTable<'a> {
+    /// How a number is stored.
+    pub stored: Stored,
+    /// Numbers along each axis.
+    pub shape: Vec<u64>,
+    big_endian: bool,
+    fortran: bool,
+    numbers: &'a [u8],
+}
+
+impl<'a> NpyTable<'a> {
+    /// The array of a `.npy` file, all of which is there.
+    pub fn new(bytes: &'a [u8]) -> Result<Self, VolumeError> {
+        let (header, start) = header(bytes)?;
+        let Header { stored, big_endian, fortran, shape } = Header::parse(header)?;
+        let numbers = &bytes[start as usize..];
+        let needed = shape.iter().fold(stored.size() as u64, |size, &n| size.saturating_mul(n));
+        if needed > numbers.len() as u64 {
+            return Err(VolumeError::Truncated { what: "the numbers of an array", at: bytes.len() as u64 });
+        }
+        Ok(Self { stored, shape, big_endian, fortran, numbers })
+    }
+
+    /// The number at a place in C order of an array of rows and columns.
+    pub fn value(&self, place: u64, [rows, columns]: [u64; 2]) -> f64 {
+        let place = if self.fortran { place % columns * rows + place / columns } else { place };
+        let (at, size) = (place as usize * self.stored.size(), self.stored.size());
+        self.stored.decode(&self.numbers[at..at + size], self.big_endian)
+    }
+}
+
+/// A shape as Python writes it.
+fn tuple(shape: &[u64]) -> String {
+    let sizes = shape.iter().map(u64::to_string).collect::<Vec<_>>().join(", ");
+    if shape.len() == 1 { format!("({sizes},)") } else { format!("({sizes})") }
 }
 
 /// The header's text, and where the voxels begin.
@@ -78,7 +123,7 @@ struct Header {
     big_endian: bool,
     /// Whether the first axis is the fastest.
     fortran: bool,
-    shape: [u64; 3],
+    shape: Vec<u64>,
 }
 
 impl Header {
@@ -118,16 +163,10 @@ impl Header {
             _ => return Err(corrupt()),
         };
         let sizes = shape.strip_prefix('(').and_then(|shape| shape.strip_suffix(')')).ok_or_else(corrupt)?;
-        let sizes = sizes.trim_end().trim_end_matches(',').split(',').map(|size| size.trim().parse().ok());
-        let sizes = <[u64; 3]>::try_from(sizes.collect::<Option<Vec<_>>>().unwrap_or_default());
-        let Some(sizes) = sizes.ok().filter(|sizes| sizes.iter().all(|&n| n > 0)) else {
-            return Err(VolumeError::Unsupported {
-                found: format!("an array of shape {shape}"),
-                accepted: "three axes [z][y][x] of at least one voxel",
-            });
-        };
+        let sizes = sizes.trim_end().trim_end_matches(',').split(',').map(str::trim).filter(|size| !size.is_empty());
+        let shape = sizes.map(|size| size.parse().map_err(|_| corrupt())).collect::<Result<Vec<u64>, _>>()?;
         let (stored, big_endian) = stored(descr.trim_matches(['\'', '"']))?;
-        Ok(Self { stored, big_endian, fortran, shape: sizes })
+        Ok(Self { stored, big_endian, fortran, shape })
     }
 }
 

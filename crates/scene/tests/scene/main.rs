@@ -1,5 +1,6 @@
 //! Scene files: what is read, what is refused, and what the messages say.
 
+mod bodies;
 mod corrupt;
 mod density;
 mod field;
@@ -17,7 +18,7 @@ mod world;
 use tyndall_scene::Document;
 
 /// The shipped scenes, by file name.
-const SCENES: [(&str, &str); 12] = [
+const SCENES: [(&str, &str); 14] = [
     ("plume.toml", include_str!("../../../../scenes/plume.toml")),
     ("fire.toml", include_str!("../../../../scenes/fire.toml")),
     ("fog.toml", include_str!("../../../../scenes/fog.toml")),
@@ -30,6 +31,8 @@ const SCENES: [(&str, &str); 12] = [
     ("furnace.toml", include_str!("../../../../scenes/furnace.toml")),
     ("indirect.toml", include_str!("../../../../scenes/indirect.toml")),
     ("spot.toml", include_str!("../../../../scenes/spot.toml")),
+    ("particles.toml", include_str!("../../../../scenes/particles.toml")),
+    ("hair.toml", include_str!("../../../../scenes/hair.toml")),
 ];
 
 /// Three lines that every scene needs.

@@ -236,11 +236,11 @@ fn densities() {
             ("", "4:1: media.a: found no `density`; accepted: a table with `density`, which has no default"),
             (
                 "density = 3",
-                "6:11: media.a.density: found 3; accepted: one of `homogeneous`, `exponential`, `sphere`, `noise`, `expression`, `grid`, `mesh`",
+                "6:11: media.a.density: found 3; accepted: one of `homogeneous`, `exponential`, `sphere`, `noise`, `expression`, `grid`, `mesh`, `particles`, `emitter`, `strands`, `head`",
             ),
             (
                 "density.cube = {}",
-                "6:9: media.a.density: found `cube`; accepted: one of `homogeneous`, `exponential`, `sphere`, `noise`, `expression`, `grid`, `mesh`",
+                "6:9: media.a.density: found `cube`; accepted: one of `homogeneous`, `exponential`, `sphere`, `noise`, `expression`, `grid`, `mesh`, `particles`, `emitter`, `strands`, `head`",
             ),
             (
                 "density.homogeneous = { min = [0, 0, 0], max = [1, 1, 0] }",

@@ -89,7 +89,11 @@ fn sequence(bench: &Bench, page: &mut Page) -> Result<(), Failure> {
         let settings = [("paths", json!(paths))];
         let lights = instant_radiosity::count(&cornell(SIDE, &settings)?)?;
         let (image, seconds) = bench.render(SIDE, &settings)?;
-        page.picture(&format!("cornell-{paths}"), &format!("N = {paths}, M = {lights}"), &tonemap::display(&image, 0.0))?;
+        page.picture(
+            &format!("cornell-{paths}"),
+            &format!("N = {paths}, M = {lights}"),
+            &tonemap::display(&image, 0.0),
+        )?;
         let [a, b] = [image, truth.clone()].map(Picture::Linear);
         let linear = metrics::compare(&a, &b, &Default::default())?.linear;
         let error = linear.and_then(|linear| linear.relative_bias).unwrap_or(f64::NAN);
