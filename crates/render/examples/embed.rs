@@ -5,6 +5,8 @@
 use std::path::Path;
 
 use tyndall::scene::assets::Directory;
+use tyndall::scene::description::{Optics, Phase};
+use tyndall::scene::glam::Vec3;
 use tyndall::scene::volume::Budget;
 use tyndall::scene::{Document, World};
 use tyndall::{Frame, Gpu, wgpu};
@@ -30,7 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut scene = Document::new(path.as_str(), std::fs::read_to_string(&path)?).parse()?;
     scene.film.size = [320, 240];
     let folder = Path::new(&path).parent().unwrap_or(Path::new("."));
-    let world = World::load(scene, &Directory(folder.into()), Budget(1 << 30))?;
+    let mut world = World::load(scene, &Directory(folder.into()), Budget(1 << 30))?;
     let gpu = Gpu::from_device(device.clone(), queue);
     let mut frame = pollster::block_on(Frame::new(&gpu, &world))?;
 
@@ -43,6 +45,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         pollster::block_on(frame.show(&window))?;
         device.poll(wgpu::PollType::wait_indefinitely())?;
         println!("frame {step}: {:?}", frame.timings());
+    }
+
+    // A knob is turned: what a medium does to light is another, and no voxel is uploaded.
+    if let Some(medium) = world.volumes.first().map(|volume| volume.name.clone()) {
+        let (sigma_s, sigma_a, emission) = (Vec3::ZERO, Vec3::new(4.0, 8.0, 16.0), Vec3::ZERO);
+        world.set_optics(&medium, Optics::Coefficients { sigma_s, sigma_a, emission, phase: Phase::Isotropic })?;
+        pollster::block_on(frame.set_media(&world))?;
+        frame.render();
     }
     Ok(())
 }

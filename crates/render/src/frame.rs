@@ -35,33 +35,39 @@ impl<'a> Frame<'a> {
     /// # Errors
     /// What does not fit the device, settings that are not accepted, and passes that the device refuses.
     pub async fn new(gpu: &'a Gpu, world: &World) -> Result<Self, RenderError> {
-        let techniques = chosen(&world.scene)?;
+        // Settings that are not accepted are found before anything is uploaded.
+        chosen(&world.scene)?;
         let mut resident = Resident::new(gpu, world).await?;
         let film = film_texture(gpu, resident.film, "film").await?;
+        let (graph, gbuffer) = Self::passes(gpu, world, &mut resident, &film).await?;
+        Self::of(graph, world, resident, film, gbuffer)
+    }
+
+    /// The passes of a world's techniques, and what they see of surfaces.
+    async fn passes(
+        gpu: &'a Gpu,
+        world: &World,
+        resident: &mut Resident,
+        film: &wgpu::Texture,
+    ) -> Result<(Graph<'a>, Option<GBuffer>), RenderError> {
+        let techniques = chosen(&world.scene)?;
         let mut graph = Graph::new(gpu);
         let (mut gbuffer, mut behind) = (None, None);
         if resident.surfaces.count > 0 {
-            gbuffer = Some(GBuffer::record(&mut graph, &resident, &resident.view, &resident.previous).await?);
+            gbuffer = Some(GBuffer::record(&mut graph, resident, &resident.view, &resident.previous).await?);
             behind = Some(film_texture(gpu, resident.film, "behind").await?);
         }
         for (technique, settings) in &techniques {
             let (film, behind) = match technique.role {
                 Role::Surfaces => (behind.as_ref(), None),
-                _ => (Some(&film), behind.as_ref()),
+                _ => (Some(film), behind.as_ref()),
             };
             let Some(film) = film else { continue };
-            let recording = Recording {
-                graph: &mut graph,
-                resident: &mut resident,
-                settings,
-                film,
-                world,
-                gbuffer: gbuffer.as_ref(),
-                behind,
-            };
+            let recording =
+                Recording { graph: &mut graph, resident, settings, film, world, gbuffer: gbuffer.as_ref(), behind };
             (technique.record)(recording).await?;
         }
-        Self::of(graph, world, resident, film, gbuffer)
+        Ok((graph, gbuffer))
     }
 
     /// As [`new`](Self::new), of the media of a world that is on the device alone, with the passes that `record` records.
@@ -102,14 +108,15 @@ impl<'a> Frame<'a> {
         Ok(Self { resident, graph, film, gbuffer, view, profiler, exposure, frames: 0, display: None })
     }
 
-    #[cfg(test)]
-    pub(crate) fn resident(&self) -> &Resident {
-        &self.resident
-    }
-
     /// Radiance (rgb) and opacity (a) as last rendered, `Rgba32Float`, linear Rec. 709.
     pub fn film(&self) -> &wgpu::Texture {
         &self.film
+    }
+
+    /// The world as the device has it.
+    #[cfg(test)]
+    pub(crate) fn resident(&self) -> &Resident {
+        &self.resident
     }
 
     /// What was seen of surfaces as last rendered, motion since the frame before among it; `None` where there are none.
@@ -122,6 +129,23 @@ impl<'a> Frame<'a> {
         self.frames = 0;
         self.view = self.resident.view_of(camera);
         self.write_view(&self.resident.view);
+    }
+
+    /// Shows media as `world` has them now: what they do to light (see [`World::set_optics`]), where they are and where they
+    /// are cut, and how techniques are set. The next rendering shows it, on the same film, as a new frame would; whatever
+    /// the change, from coefficients to a transfer function among them. No voxel is uploaded: tables and the bounds of bricks
+    /// are made anew and the passes recorded again, and pipelines that were needed before are there. The camera, lights,
+    /// surfaces and the film's size stay as they are. The textures of [`gbuffer`](Self::gbuffer) are others afterwards.
+    ///
+    /// # Errors
+    /// Grids that are not those of the world that the frame was made of, and those of [`new`](Self::new); the frame then goes
+    /// on as before.
+    pub async fn set_media(&mut self, world: &World) -> Result<(), RenderError> {
+        let gpu = self.graph.gpu();
+        let mut resident = self.resident.with_media(gpu, world).await?;
+        let (graph, gbuffer) = Self::passes(gpu, world, &mut resident, &self.film).await?;
+        (self.resident, self.graph, self.gbuffer, self.frames) = (resident, graph, gbuffer, 0);
+        Ok(())
     }
 
     fn write_view(&self, buffer: &wgpu::Buffer) {

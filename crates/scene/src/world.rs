@@ -322,6 +322,35 @@ impl World {
     }
 }
 
+impl World {
+    /// Changes what a medium does to light, here and in the description. The hash becomes another.
+    ///
+    /// # Errors
+    /// A medium that is not there, and optics that a scene file could not have; nothing is changed then.
+    pub fn set_optics(&mut self, medium: &str, optics: Optics) -> Result<(), FieldError> {
+        let volume = self.volumes.iter_mut().find(|volume| volume.name == medium);
+        let (Some(volume), Some(described)) = (volume, self.scene.media.get(medium)) else {
+            let names: Vec<_> = self.scene.media.keys().map(String::as_str).collect();
+            return Err(FieldError {
+                path: format!("media.{medium}"),
+                found: "no such medium".into(),
+                accepted: if names.is_empty() { "nothing: there are no media".into() } else { names.join(", ") },
+            });
+        };
+        let changed = Medium { optics, ..described.clone() };
+        let mut scene = self.scene.clone();
+        scene.media.insert(medium.into(), changed.clone());
+        scene.check()?;
+        volume.phase =
+            PhaseFunction::new(&changed.optics.phase(), &format!("media.{medium}.optics.coefficients.phase"))?;
+        let text = serde_json::to_string(&changed).expect("a medium has only string keys");
+        self.hash = blake3::hash(format!("{} {medium} {text}", self.hash).as_bytes()).to_hex().to_string();
+        volume.optics = changed.optics;
+        self.scene = scene;
+        Ok(())
+    }
+}
+
 /// The inverse of a medium's map to the world.
 fn inverse(medium: &str, world_from_unit: Mat4) -> Result<Mat4, LoadError> {
     // In double precision a medium of a micrometre has an inverse, too.

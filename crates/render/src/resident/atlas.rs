@@ -1,11 +1,11 @@
 //! The bricks of all grids in one 3D texture.
 
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 use bytemuck::Pod;
 use half::f16;
 use tyndall_scene::volume::{BRICK_EDGE, BRICK_VOXELS, Grid, Voxels};
-use tyndall_scene::{Field, Volume};
+use tyndall_scene::{Field, FieldError, Volume};
 
 use crate::{Gpu, RenderError};
 
@@ -16,12 +16,12 @@ pub const UNIFORM: u32 = u32::MAX;
 const MOST_BRICKS: u32 = 255;
 
 /// Where the bricks of every grid lie.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Atlas {
     /// `R16Float` or `R32Float`.
     pub texture: wgpu::Texture,
-    /// Every grid once, with the number of its first brick.
-    grids: Vec<(Arc<Grid>, u32)>,
+    /// Every grid once, with the number of its first brick. They tell grids apart, and keep no voxels.
+    grids: Vec<(Weak<Grid>, u32)>,
     /// Bricks along x, y, z.
     sides: [u32; 3],
 }
@@ -70,14 +70,15 @@ impl Atlas {
                 view_formats: &[],
             })
             .await?;
-        let atlas = Self { texture, grids, sides };
+        let known = grids.iter().map(|(grid, first)| (Arc::downgrade(grid), *first)).collect();
+        let atlas = Self { texture, grids: known, sides };
         if wide {
-            atlas.upload(gpu, |voxels, range| match voxels {
+            atlas.upload(gpu, &grids, |voxels, range| match voxels {
                 Voxels::F16(values) => values[range].iter().map(|value| value.to_f32()).collect(),
                 Voxels::F32(values) => values[range].to_vec(),
             })?;
         } else {
-            atlas.upload(gpu, |voxels, range| match voxels {
+            atlas.upload(gpu, &grids, |voxels, range| match voxels {
                 Voxels::F16(values) => values[range].to_vec(),
                 Voxels::F32(values) => values[range].iter().map(|&value| f16::from_f32(value)).collect(),
             })?;
@@ -89,13 +90,13 @@ impl Atlas {
     fn upload<T: Pod>(
         &self,
         gpu: &Gpu,
+        grids: &[(Arc<Grid>, u32)],
         read: impl Fn(&Voxels, std::ops::Range<usize>) -> Vec<T>,
     ) -> Result<(), RenderError> {
         let [nx, ny, nz] = self.sides;
         let edge = BRICK_EDGE as usize;
         let (row, slice) = ((nx * BRICK_EDGE) as usize, (nx * BRICK_EDGE * ny * BRICK_EDGE) as usize);
-        let mut bricks =
-            self.grids.iter().flat_map(|(grid, _)| (0..stored_bricks(grid) as usize).map(move |i| (grid, i)));
+        let mut bricks = grids.iter().flat_map(|(grid, _)| (0..stored_bricks(grid) as usize).map(move |i| (grid, i)));
         for layer in 0..nz {
             let mut texels = vec![T::zeroed(); slice * edge];
             for (place, (grid, brick)) in bricks.by_ref().take((nx * ny) as usize).enumerate() {
@@ -128,10 +129,26 @@ impl Atlas {
         Ok(())
     }
 
+    /// The number of a grid's first brick; `None` where it is not here.
+    fn first(&self, grid: &Arc<Grid>) -> Option<u32> {
+        self.grids.iter().find(|(known, _)| known.as_ptr() == Arc::as_ptr(grid)).map(|(_, first)| *first)
+    }
+
+    /// Refuses volumes of whose grids one is not here.
+    pub fn check(&self, volumes: &[Volume]) -> Result<(), FieldError> {
+        match volumes.iter().find(|volume| grids_of(volume).any(|grid| self.first(grid).is_none())) {
+            None => Ok(()),
+            Some(volume) => Err(FieldError {
+                path: format!("media.{}", volume.name),
+                found: "a grid that the frame was not made with".into(),
+                accepted: "the grids of the world that it was made of; for others, a new frame".into(),
+            }),
+        }
+    }
+
     /// The place of a grid's brick, 8 bits an axis.
     pub fn place(&self, grid: &Arc<Grid>, slot: u32) -> u32 {
-        let first = self.grids.iter().find(|(other, _)| Arc::ptr_eq(other, grid)).map_or(0, |(_, first)| *first);
-        let at = first + slot;
+        let at = self.first(grid).unwrap_or(0) + slot;
         let [nx, ny, _] = self.sides;
         (at % nx) | ((at / nx % ny) << 8) | ((at / (nx * ny)) << 16)
     }

@@ -21,7 +21,7 @@ fn expression_bounded(value: f32, highest: f32) -> f32 {
 ";
 
 /// The expressions of a world, as WGSL.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Expressions(String);
 
 impl Expressions {

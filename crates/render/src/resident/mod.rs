@@ -34,8 +34,8 @@ use traits::Traits;
 
 use crate::{Gpu, RenderError};
 
-/// A world on the device. It keeps no voxels on the host: the [`World`] may be dropped.
-#[derive(Debug)]
+/// A world on the device. It keeps no voxels on the host: the [`World`] may be dropped. A clone shares what is on the device.
+#[derive(Clone, Debug)]
 pub struct Resident {
     /// The camera and the film, as a buffer.
     pub view: wgpu::Buffer,
@@ -49,6 +49,8 @@ pub struct Resident {
     pub extras: wgpu::Buffer,
     /// The voxels of all bricks, a 3D texture.
     pub atlas: wgpu::Texture,
+    /// Where in it the bricks of grids lie.
+    places: Atlas,
     /// Transfer functions and black bodies, three rows a volume.
     pub transfers: wgpu::Texture,
     /// Phase functions that are tables, a row a volume.
@@ -102,18 +104,17 @@ impl Resident {
         let view = View::new(&world.scene.camera, film, environment, rotation(world.environment.as_deref()));
         let surfaces = Surfaces::new(gpu, &world.surfaces).await?;
         let atlas = Atlas::new(gpu, &world.volumes).await?;
-        let mut bricks = Bricks::new(&atlas);
-        let (volumes, extras) = volume::encode(&world.volumes, &mut bricks);
-        let bricks = bricks.texture(gpu).await?;
+        let media = Media::new(gpu, &atlas, &world.volumes).await?;
         Ok(Self {
-            atlas: atlas.texture,
+            atlas: atlas.texture.clone(),
+            places: atlas,
             view: gpu.buffer("view", &view),
             previous: gpu.buffer("previous", &view),
-            volumes: gpu.buffer("volumes", &volumes),
-            bricks,
-            extras: gpu.buffer("extras", &extras),
-            transfers: tables::transfers(gpu, &world.volumes).await?,
-            phases: tables::phases(gpu, &world.volumes).await?,
+            volumes: media.volumes,
+            bricks: media.bricks,
+            extras: media.extras,
+            transfers: media.transfers,
+            phases: media.phases,
             expressions: Expressions::new(&world.volumes),
             linear: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("linear"),
@@ -134,6 +135,30 @@ impl Resident {
         })
     }
 
+    /// The same with the media of `world`, whose grids are on the device already: no voxel is uploaded.
+    ///
+    /// # Errors
+    /// Grids that are not there, more volumes than shaders hold, and memory that runs out.
+    pub(crate) async fn with_media(&self, gpu: &Gpu, world: &World) -> Result<Self, RenderError> {
+        volume::check(&world.volumes)?;
+        self.places.check(&world.volumes)?;
+        let media = Media::new(gpu, &self.places, &world.volumes).await?;
+        Ok(Self {
+            volumes: media.volumes,
+            bricks: media.bricks,
+            extras: media.extras,
+            transfers: media.transfers,
+            phases: media.phases,
+            expressions: Expressions::new(&world.volumes),
+            traits: Traits::of(&world.volumes),
+            bounds: bounds(&self.surfaces, world),
+            // Techniques make them anew, or no more.
+            transmittance: Transmittance::none(gpu).await?,
+            virtual_lights: None,
+            ..self.clone()
+        })
+    }
+
     /// Makes the environment map unseen; it still lights media.
     ///
     /// # Errors
@@ -151,6 +176,29 @@ impl Resident {
     /// How far the environment map is turned [rad].
     pub fn sky_rotation(&self) -> f32 {
         rotation(self.map.as_deref())
+    }
+}
+
+/// What the device has of media beside their voxels.
+struct Media {
+    volumes: wgpu::Buffer,
+    bricks: wgpu::Texture,
+    extras: wgpu::Buffer,
+    transfers: wgpu::Texture,
+    phases: wgpu::Texture,
+}
+
+impl Media {
+    async fn new(gpu: &Gpu, atlas: &Atlas, media: &[tyndall_scene::Volume]) -> Result<Self, RenderError> {
+        let mut bricks = Bricks::new(atlas);
+        let (volumes, extras) = volume::encode(media, &mut bricks);
+        Ok(Self {
+            volumes: gpu.buffer("volumes", &volumes),
+            bricks: bricks.texture(gpu).await?,
+            extras: gpu.buffer("extras", &extras),
+            transfers: tables::transfers(gpu, media).await?,
+            phases: tables::phases(gpu, media).await?,
+        })
     }
 }
 

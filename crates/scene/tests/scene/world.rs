@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 use tyndall_scene::assets::{Directory, Embedded};
+use tyndall_scene::description::{Optics, Phase};
 use tyndall_scene::glam::{Vec3, Vec4};
 use tyndall_scene::image::{Image, exr};
 use tyndall_scene::volume::Budget;
@@ -57,6 +58,36 @@ fn the_hash_tells_worlds_apart() {
     // Bytes that make no difference to the voxels still are others.
     let longer = [SMOKE, b"\0"].concat();
     assert_ne!(hash(&plume, &[("smoke.vdb", &longer)]), first);
+}
+
+/// Optics that are changed in place are those of a world loaded with them; what a file could not say is refused.
+#[test]
+fn optics_change_in_place() {
+    let optics = |sigma_s: f32, g: f32| Optics::Coefficients {
+        sigma_s: Vec3::splat(sigma_s),
+        sigma_a: Vec3::ONE,
+        emission: Vec3::ZERO,
+        phase: Phase::Hg { g },
+    };
+    let mut world = load(scene(0)).unwrap();
+    let first = world.hash.clone();
+    world.set_optics("plume", optics(3.0, 0.4)).unwrap();
+    let loaded = load(world.scene.clone()).unwrap();
+    let (here, there) = (&world.volumes[0], &loaded.volumes[0]);
+    assert_eq!(here.optics, there.optics);
+    assert_eq!(format!("{:?}", here.phase), format!("{:?}", there.phase));
+    let second = world.hash.clone();
+    assert_ne!(first, second);
+    for (medium, wrong, message) in [
+        ("smoke", optics(1.0, 0.0), "media.smoke: found no such medium; accepted: plume"),
+        ("plume", optics(-1.0, 0.0), "media.plume.optics.coefficients.sigma_s"),
+        ("plume", optics(f32::NAN, 0.0), "media.plume.optics.coefficients.sigma_s"),
+        ("plume", optics(1.0, 2.0), "media.plume.optics.coefficients.phase.hg.g"),
+    ] {
+        let error = world.set_optics(medium, wrong).unwrap_err().to_string();
+        assert!(error.starts_with(message), "{error}");
+        assert_eq!((&world.hash, &world.volumes[0].optics), (&second, &loaded.volumes[0].optics), "nothing is changed");
+    }
 }
 
 /// A header and its voxels are both part of the world.

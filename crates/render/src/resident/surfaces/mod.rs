@@ -61,7 +61,7 @@ pub struct Material {
 }
 
 /// The surfaces of a world on the device. No buffer is empty: where there are no surfaces, each holds one entry of zeros.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Surfaces {
     /// [`Vertex`]es.
     pub vertices: wgpu::Buffer,
