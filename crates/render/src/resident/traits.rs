@@ -78,6 +78,11 @@ impl Traits {
 }
 
 impl Traits {
+    /// Whether there is one volume, with voxels, of which nothing but the value varies in space.
+    pub fn one_grid(&self) -> bool {
+        self.count == 1 && self.grids && !self.surfaces && !self.tinted
+    }
+
     /// Loop iterations that a march to a light takes at most, with steps of so many voxels. Every loop counts, also those that a
     /// compiler would unroll.
     pub fn iterations(&self, step: f32) -> u64 {

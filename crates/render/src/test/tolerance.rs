@@ -123,3 +123,6 @@ pub const FILTERED_SHADOW: f64 = 0.03;
 pub const MAPPED_FLOOR: f64 = 0.03;
 /// Smoke lit by some 30 virtual lights against the reference: light within the smoke, and more scatterings, are left out.
 pub const LIT_SMOKE: f32 = 0.15;
+/// The march through one grid against that of any media: positions are rounded differently, which now and then takes the
+/// next entry of a transfer function.
+pub const ONE_GRID: f64 = 1e-4;

@@ -111,7 +111,8 @@ pub fn section(bench: &Bench) -> Result<String> {
          mapping, against VTK {version}: its fixed-point mapper,\nand its OpenGL mapper on {renderer}; ours on {adapter}. The light \
          is at the eye's side, parallel to the camera's axis, both sides\nof surfaces are lit. Ours ends rays at a transmittance of \
          0.4 %, the fixed-point mapper at 0.8 %, the OpenGL mapper at 0.4 %. Times are of a frame after the first;\nour CPU seconds \
-         a frame are those of {MANY} rays a pixel less those of one. Medians, of {} turns.\n\n{}",
+         a frame are those of {MANY} rays a pixel less those of one. Medians, of {} turns.\nWhat bounds \
+         the ratios: [march.md](march.md).\n\n{}",
         bench.rounds,
         table(&rows)
     ))

@@ -21,8 +21,8 @@ use crate::process;
 
 /// Ray marching's speed against Mitsuba's and VTK's, and what its settings cost and gain; writes docs/volumes.md
 ///
-/// Every part takes turns with what it is compared with, so that other load meets both; what a part finds is kept for
-/// the page, and parts can be measured again one at a time.
+/// Every part takes turns with what it is compared with, so that other load meets both. Parts can be measured one at
+/// a time; of the others the page stays as it is.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -65,6 +65,26 @@ impl Part {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
+    /// What its section of the page begins with.
+    fn heading(self) -> &'static str {
+        match self {
+            Part::Scattering => "## Single scattering against Mitsuba",
+            Part::Mapping => "## Transfer functions against VTK",
+            Part::Fetch => "## Samples against bare fetches",
+            Part::Tracing => "## The reference against Mitsuba",
+            Part::Optimisations => "## What optimisations gain",
+            Part::Cost => "## Cost against sizes and step",
+        }
+    }
+
+    /// Its section as it stands on a page, up to that of another part.
+    fn standing(self, page: &str) -> Option<String> {
+        let begin = page.find(self.heading())?;
+        let others = Part::value_variants().iter().filter_map(|part| page.find(part.heading()));
+        let end = others.filter(|&at| at > begin).min().unwrap_or(page.len());
+        Some(format!("{}\n", page[begin..end].trim_end()))
+    }
+
     /// Measures, and gives its section of the page.
     fn measure(self, bench: &Bench) -> Result<String> {
         match self {
@@ -93,16 +113,19 @@ impl Arguments {
         driver::ensure(&tyndall, self.consent)?;
         let folder = process::scratch("volumes")?;
         let bench = Bench { tyndall: Tyndall(tyndall), folder, rounds: self.rounds };
-        let section = |part: Part| bench.folder.join(format!("{}.md", part.name()));
-        for part in Part::value_variants().iter().filter(|&&part| self.only.is_none_or(|only| only == part)) {
-            println!("{}", part.name());
-            let text = part.measure(&bench).with_context(|| format!("part {}", part.name()))?;
-            println!("\n{text}");
-            std::fs::write(section(*part), text)?;
+        let page = std::fs::read_to_string(process::root().join("docs/volumes.md")).unwrap_or_default();
+        let mut sections = Part::value_variants().iter().map(|part| part.standing(&page)).collect::<Vec<_>>();
+        for (part, section) in Part::value_variants().iter().zip(&mut sections) {
+            if self.only.is_none_or(|only| only == *part) {
+                println!("{}", part.name());
+                let text = part.measure(&bench).with_context(|| format!("part {}", part.name()))?;
+                println!("\n{text}");
+                *section = Some(text);
+            }
         }
         let head = "# Volumes: speed and error\n\nWritten by `cargo xtask bench volumes`; every section was measured in a run of its own, \
                     in which what is compared took turns.\n`tyndall` is of the `dev` profile; the marcher runs on the device.\n";
-        let sections = Part::value_variants().iter().filter_map(|&part| std::fs::read_to_string(section(part)).ok());
+        let sections = sections.into_iter().flatten();
         publish("volumes.md", &std::iter::once(head.to_owned()).chain(sections).collect::<Vec<_>>().join("\n"))
     }
 }
@@ -112,4 +135,19 @@ pub(super) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
     let mut values: Vec<_> = values.into_iter().collect();
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+#[cfg(test)]
+mod test {
+    use super::*;
+
+    /// The page as it stands is made of all parts' sections: measuring one again leaves the others.
+    #[test]
+    fn other_sections_stay() {
+        let page = std::fs::read_to_string(process::root().join("docs/volumes.md")).unwrap();
+        let sections: Vec<_> = Part::value_variants().iter().filter_map(|part| part.standing(&page)).collect();
+        assert_eq!(sections.len(), Part::value_variants().len());
+        let words = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+        assert!(words(&page).ends_with(&words(&sections.concat())));
+    }
 }

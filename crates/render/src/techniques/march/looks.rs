@@ -295,6 +295,37 @@ fn skipping_changes_nothing() {
     }
 }
 
+/// One volume with voxels has a march of its own (`grid.wesl`), which is that of any media: a second medium, out of sight,
+/// makes it one of many. Gradients are taken across bricks, also those that are all alike.
+#[test]
+fn one_grid_is_marched_as_many_media() {
+    let Some(gpu) = gpu() else { return };
+    let stops = "unit_length = 0.1, stops = [{ value = 0.1, opacity = 0, color = [1, 0.2, 0.1] }, \
+                 { value = 0.8, opacity = 0.4, color = [0.2, 0.4, 1] }]";
+    let shading = "shading = { ambient = 0.1, diffuse = 0.6, specular = 0.3, shininess = 20 }";
+    let slopes = "gradient_opacity = [{ gradient = 0, factor = 0 }, { gradient = 3, factor = 1 }]";
+    for (optics, settings) in [
+        ("coefficients = { sigma_a = [2, 4, 8], emission = [9, 4, 1] }".into(), "model = \"absorption\""),
+        (format!("transfer = {{ {stops} }}"), "model = \"emission\"\njitter = \"blue_noise\""),
+        (format!("transfer = {{ {stops}, {shading}, {slopes} }}"), "model = \"emission\""),
+    ] {
+        let seen = |settings: &str, other: &str| {
+            let scene = format!(
+                "camera = {{ position = [1.1, 0.7, 1.4], target = [0, 0, 0], fov = 50 }}\nfilm.size = [40, 30]\n\
+                 lights.sky.constant.radiance = 0.1\n[techniques.march]\ntermination = 0\n{settings}\n[media.blob]\n\
+                 density.homogeneous = {BOX}\nclip.planes = [{{ point = [0.2, 0.1, 0], normal = [1, 1, 0] }}]\noptics.{optics}\n{other}"
+            );
+            // A brick in its middle is all alike, and so are those at its rim.
+            let ball = |p: Vec3| 0.6 * ((0.45 - (p - 0.4).length()) / 0.1).clamp(0.0, 1.0);
+            picture(&gpu, &with_grid(world(&scene), ball))
+        };
+        let other = "[media.other]\ndensity.homogeneous = { min = [5, 5, 5], max = [6, 6, 6] }\noptics.coefficients.sigma_a = 0";
+        let (found, expected) = (Picture::Linear(seen(settings, "")), Picture::Linear(seen(settings, other)));
+        let errors = metrics::compare(&found, &expected, &Default::default()).unwrap().linear.unwrap();
+        assert!(errors.relative_rmse <= tolerance::ONE_GRID, "{optics}, {settings}: {}", errors.relative_rmse);
+    }
+}
+
 /// Both orders of compositing give one picture, but for what termination leaves out.
 #[test]
 fn both_orders_agree() {

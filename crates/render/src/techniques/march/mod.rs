@@ -157,9 +157,11 @@ pub(crate) struct Upsample {
 /// Bytes of a `Path` in `march.wesl`.
 pub(crate) const PATH_BYTES: u64 = 32;
 
+/// A reach beyond all media: FAR in math/ray.wesl.
+const BEYOND: Vec2 = Vec2::new(1e30, 0.0);
+
 async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
-    // Beyond all media: FAR in math/ray.wesl.
-    record_up_to(recording, Vec2::new(1e30, 0.0)).await
+    record_up_to(recording, BEYOND).await
 }
 
 /// As [`record`], with rays integrated no further than `reach` (`march.wesl`).
@@ -233,6 +235,9 @@ pub(crate) async fn record_up_to(
             mapped_at_creation: false,
         })
     };
+    let back_to_front = settings.choice("order") == "back_to_front";
+    let preintegrated = settings.choice("preintegration") == "on";
+    let plain = !scattering && !preintegrated && !back_to_front && stride.tolerance == 0.0 && reach == BEYOND;
     let paths = storage("paths", if rounds > 1 { (side + 2) * (side + 2) * PATH_BYTES } else { PATH_BYTES });
     let sums = storage("sums", if mean { width * height * 16 } else { 16 });
     let noise = blue_noise::texture(gpu, jitter).await?;
@@ -244,8 +249,9 @@ pub(crate) async fn record_up_to(
         .compute("march", &MARCH)
         .constant("EMISSION", model != "absorption")
         .constant("SCATTERING", scattering)
-        .constant("PREINTEGRATED", settings.choice("preintegration") == "on")
-        .constant("BACK_TO_FRONT", settings.choice("order") == "back_to_front")
+        .constant("PREINTEGRATED", preintegrated)
+        .constant("BACK_TO_FRONT", back_to_front)
+        .constant("ONE_GRID", plain && traits.one_grid())
         .constant("SUNS", suns > 0)
         .constant("MARCHED", marched)
         .constant("LIGHTS", scattered.lights)
