@@ -38,7 +38,7 @@ fn mistakes_are_located() {
         (
             "[film]",
             "[techniques.paint]\n[film]",
-            "scene.toml:5:1: techniques.paint: found technique \"paint\"; accepted: cells, march",
+            "scene.toml:5:1: techniques.paint: found technique \"paint\"; accepted: cells, direct, instant_radiosity, march",
         ),
         (
             "density.homogeneous = { min = [-1, -1, -1], max = [1, 1, 1] }",

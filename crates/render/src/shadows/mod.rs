@@ -1,7 +1,7 @@
 //! Shadow maps [Williams78] of any number of lights, in one atlas.
 //!
 //! A light has one map (spot), six (point, or a point of an area light: the faces of a cube), or one a cascade (directional). A
-//! compute pass fits them to what it finds in the buffers of lights and camera ([`Fit`]), and one raster pass draws all; so
+//! compute pass fits them to what it finds in the buffers of lights and camera (`Fit`), and one raster pass draws all; so
 //! lights may move, and be written by the device itself, without a new recording. Depths are reversed: near/distance, or linear
 //! in it for parallel light.
 //!
@@ -153,7 +153,7 @@ impl Shadows {
         Ok(casts)
     }
 
-    /// Records the passes that fit and draw the maps of `lights`, a buffer of [`Light`](crate::resident::Light)s that
+    /// Records the passes that fit and draw the maps of `lights`, a buffer of [`Light`]s that
     /// [`plan`](Self::plan) has given maps, as seen by the [`View`](crate::resident::View) in `view`; once a frame.
     ///
     /// # Errors

@@ -88,7 +88,7 @@ pub const TECHNIQUE: Technique = Technique {
             name: "clamp",
             help: "Distance below which a virtual light's 1/r^2 rises no more, relative to the scene's size (0: it does)",
             unit: "",
-            kind: Kind::Number { min: 0.0, max: 1.0, default: 0.05 },
+            kind: Kind::Number { min: 0.0, max: 1.0, default: 0.2 },
         },
         Parameter {
             name: "compensation",
