@@ -1,7 +1,6 @@
 //! The order of a frame, readable as a recipe.
 
 use encase::ShaderSize;
-
 use tyndall_scene::World;
 use tyndall_scene::description::Camera;
 use tyndall_scene::parameter::Settings;
@@ -10,7 +9,7 @@ use crate::display::Display;
 use crate::graph::{Graph, Tile};
 use crate::resident::{Resident, View};
 use crate::surfaces::GBuffer;
-use crate::techniques::{Recorded, Recording, Role, chosen};
+use crate::techniques::{Chosen, Recorded, Recording, Role, chosen};
 use crate::{Gpu, RenderError};
 
 /// A frame of one world: passes recorded once, rendered as often as one likes. Rendering allocates nothing.
@@ -36,10 +35,10 @@ impl<'a> Frame<'a> {
     /// What does not fit the device, settings that are not accepted, and passes that the device refuses.
     pub async fn new(gpu: &'a Gpu, world: &World) -> Result<Self, RenderError> {
         // Settings that are not accepted are found before anything is uploaded.
-        chosen(&world.scene)?;
+        let techniques = chosen(&world.scene)?;
         let mut resident = Resident::new(gpu, world).await?;
         let film = film_texture(gpu, resident.film, "film").await?;
-        let (graph, gbuffer) = Self::passes(gpu, world, &mut resident, &film).await?;
+        let (graph, gbuffer) = Self::passes(gpu, world, &techniques, &mut resident, &film).await?;
         Self::of(graph, world, resident, film, gbuffer)
     }
 
@@ -47,17 +46,17 @@ impl<'a> Frame<'a> {
     async fn passes(
         gpu: &'a Gpu,
         world: &World,
+        techniques: &[Chosen],
         resident: &mut Resident,
         film: &wgpu::Texture,
     ) -> Result<(Graph<'a>, Option<GBuffer>), RenderError> {
-        let techniques = chosen(&world.scene)?;
         let mut graph = Graph::new(gpu);
         let (mut gbuffer, mut behind) = (None, None);
         if resident.surfaces.count > 0 {
             gbuffer = Some(GBuffer::record(&mut graph, resident, &resident.view, &resident.previous).await?);
             behind = Some(film_texture(gpu, resident.film, "behind").await?);
         }
-        for (technique, settings) in &techniques {
+        for (technique, settings) in techniques {
             let (film, behind) = match technique.role {
                 Role::Surfaces => (behind.as_ref(), None),
                 _ => (Some(film), behind.as_ref()),
@@ -142,8 +141,9 @@ impl<'a> Frame<'a> {
     /// on as before.
     pub async fn set_media(&mut self, world: &World) -> Result<(), RenderError> {
         let gpu = self.graph.gpu();
+        let techniques = chosen(&world.scene)?;
         let mut resident = self.resident.with_media(gpu, world).await?;
-        let (graph, gbuffer) = Self::passes(gpu, world, &mut resident, &self.film).await?;
+        let (graph, gbuffer) = Self::passes(gpu, world, &techniques, &mut resident, &self.film).await?;
         (self.resident, self.graph, self.gbuffer, self.frames) = (resident, graph, gbuffer, 0);
         Ok(())
     }
@@ -234,22 +234,7 @@ fn collect(queries: &[wgpu_profiler::GpuTimerQueryResult], times: &mut Vec<(Stri
 }
 
 /// A texture to render a film of this size into.
-pub(crate) async fn film_texture(
-    gpu: &Gpu,
-    [width, height]: [u32; 2],
-    label: &str,
-) -> Result<wgpu::Texture, RenderError> {
-    gpu.texture(&wgpu::TextureDescriptor {
-        label: Some(label),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba32Float,
-        usage: wgpu::TextureUsages::STORAGE_BINDING
-            | wgpu::TextureUsages::TEXTURE_BINDING
-            | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
-    })
-    .await
+pub(crate) async fn film_texture(gpu: &Gpu, film: [u32; 2], label: &str) -> Result<wgpu::Texture, RenderError> {
+    let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC;
+    gpu.texture_2d(label, film, wgpu::TextureFormat::Rgba32Float, usage).await
 }

@@ -189,6 +189,27 @@ impl Gpu {
         }
     }
 
+    /// Makes a 2D texture of one level, for shaders to read, and for what `usage` says.
+    pub(crate) async fn texture_2d(
+        &self,
+        label: &str,
+        [width, height]: [u32; 2],
+        format: wgpu::TextureFormat,
+        usage: wgpu::TextureUsages,
+    ) -> Result<wgpu::Texture, RenderError> {
+        self.texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: usage | wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        })
+        .await
+    }
+
     /// Makes a 2D texture of these texels, for shaders to load from.
     pub(crate) async fn table(
         &self,
@@ -197,22 +218,10 @@ impl Gpu {
         format: wgpu::TextureFormat,
         texels: &[u8],
     ) -> Result<wgpu::Texture, RenderError> {
-        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
-        let texture = self
-            .texture(&wgpu::TextureDescriptor {
-                label: Some(label),
-                size,
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-                view_formats: &[],
-            })
-            .await?;
+        let texture = self.texture_2d(label, [width, height], format, wgpu::TextureUsages::COPY_DST).await?;
         let row = width * format.block_copy_size(None).unwrap_or(4);
         let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
-        self.queue.write_texture(texture.as_image_copy(), texels, layout, size);
+        self.queue.write_texture(texture.as_image_copy(), texels, layout, texture.size());
         Ok(texture)
     }
 
@@ -235,6 +244,16 @@ impl Gpu {
         });
         self.queue.write_buffer(&buffer, 0, &bytes);
         buffer
+    }
+
+    /// Makes a buffer of so many bytes that passes alone write and read.
+    pub(crate) fn scratch(&self, label: &str, size: u64) -> wgpu::Buffer {
+        self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size,
+            usage: wgpu::BufferUsages::STORAGE,
+            mapped_at_creation: false,
+        })
     }
 }
 

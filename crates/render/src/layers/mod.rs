@@ -28,22 +28,13 @@ pub const UNDER: BlendState = {
 static LAYERS: Shader = shader!("layers/layers");
 
 /// A texture that layers are blended into: of 32-bit floats, or of 16-bit ones where the device blends no others.
-pub async fn texture(gpu: &Gpu, [width, height]: [u32; 2]) -> Result<wgpu::Texture, RenderError> {
+pub async fn texture(gpu: &Gpu, film: [u32; 2]) -> Result<wgpu::Texture, RenderError> {
     let wide = gpu.device.features().contains(wgpu::Features::FLOAT32_BLENDABLE);
     if !wide {
         tracing::warn!("this device does not blend 32-bit floats: layers are blended in 16 bits");
     }
-    gpu.texture(&wgpu::TextureDescriptor {
-        label: Some("layers"),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: if wide { wgpu::TextureFormat::Rgba32Float } else { wgpu::TextureFormat::Rgba16Float },
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
-        view_formats: &[],
-    })
-    .await
+    let format = if wide { wgpu::TextureFormat::Rgba32Float } else { wgpu::TextureFormat::Rgba16Float };
+    gpu.texture_2d("layers", film, format, wgpu::TextureUsages::RENDER_ATTACHMENT).await
 }
 
 /// Records the pass that fills the film: the layers before the environment.

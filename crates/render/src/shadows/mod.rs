@@ -29,7 +29,6 @@ use wgpu::TextureUsages;
 
 use crate::graph::{Draw, Graph, Region, Shader, shader};
 use crate::resident::{Light, Resident};
-use crate::surfaces::texture;
 use crate::{Gpu, RenderError};
 
 static FIT: Shader = shader!("shadows/fit");
@@ -172,9 +171,9 @@ impl Shadows {
         let end = regions.iter().map(|region| region.origin + region.size).fold(UVec2::ONE, UVec2::max);
         let count = casts.len() as u32;
         let format = wgpu::TextureFormat::Rgba32Float;
-        let maps = texture(gpu, "shadow maps", [6, count.max(1)], format, TextureUsages::STORAGE_BINDING).await?;
+        let maps = gpu.texture_2d("shadow maps", [6, count.max(1)], format, TextureUsages::STORAGE_BINDING).await?;
         let format = wgpu::TextureFormat::Depth32Float;
-        let atlas = texture(gpu, "shadow atlas", end.into(), format, TextureUsages::RENDER_ATTACHMENT).await?;
+        let atlas = gpu.texture_2d("shadow atlas", end.into(), format, TextureUsages::RENDER_ATTACHMENT).await?;
         if casts.is_empty() {
             return Ok(Self { maps, atlas, any: false });
         }

@@ -10,9 +10,9 @@ pub mod test;
 use wgpu::TextureFormat::{Depth32Float, R32Uint, Rg32Float, Rgba32Float, Rgba32Uint};
 use wgpu::TextureUsages;
 
+use crate::RenderError;
 use crate::graph::{Draw, Graph, Region, Shader, Target, shader};
 use crate::resident::Resident;
-use crate::{Gpu, RenderError};
 
 static VISIBILITY: Shader = shader!("surfaces/visibility");
 static RESOLVE: Shader = shader!("surfaces/resolve");
@@ -49,13 +49,13 @@ impl GBuffer {
         let gpu = graph.gpu();
         let film = resident.film;
         let drawn = TextureUsages::RENDER_ATTACHMENT;
-        let visibility = texture(gpu, "visibility", film, R32Uint, drawn).await?;
-        let depth = texture(gpu, "depth", film, Depth32Float, drawn).await?;
+        let visibility = gpu.texture_2d("visibility", film, R32Uint, drawn).await?;
+        let depth = gpu.texture_2d("depth", film, Depth32Float, drawn).await?;
         let written = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
         let gbuffer = Self {
-            place: texture(gpu, "place", film, Rgba32Float, written).await?,
-            facing: texture(gpu, "facing", film, Rgba32Uint, written).await?,
-            motion: texture(gpu, "motion", film, Rg32Float, written).await?,
+            place: gpu.texture_2d("place", film, Rgba32Float, written).await?,
+            facing: gpu.texture_2d("facing", film, Rgba32Uint, written).await?,
+            motion: gpu.texture_2d("motion", film, Rg32Float, written).await?,
         };
         let surfaces = &resident.surfaces;
         let extent = surfaces.bounds.map_or(1.0, |[low, high]| (high - low).length()).max(f32::MIN_POSITIVE / NEAREST);
@@ -89,25 +89,4 @@ impl GBuffer {
             .await?;
         Ok(gbuffer)
     }
-}
-
-/// A texture for shaders to read, and for what `usage` says.
-pub(crate) async fn texture(
-    gpu: &Gpu,
-    label: &str,
-    [width, height]: [u32; 2],
-    format: wgpu::TextureFormat,
-    usage: TextureUsages,
-) -> Result<wgpu::Texture, RenderError> {
-    gpu.texture(&wgpu::TextureDescriptor {
-        label: Some(label),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: usage | TextureUsages::TEXTURE_BINDING,
-        view_formats: &[],
-    })
-    .await
 }

@@ -132,13 +132,16 @@ pub struct Recording<'r, 'a> {
 /// A recording in progress; it waits for the device's verdict on each pass.
 pub type Recorded<'r> = Pin<Box<dyn Future<Output = Result<(), RenderError>> + 'r>>;
 
+/// A technique of a frame with its settings.
+pub type Chosen = (&'static Technique, Settings);
+
 /// The techniques of a frame with their settings, in the order of their roles: those that the scene names, and the default
 /// of a role that none has.
 ///
 /// # Errors
 /// A technique that is not there, two of one role, and settings that it does not accept.
-pub fn chosen(scene: &tyndall_scene::Scene) -> Result<Vec<(&'static Technique, Settings)>, RenderError> {
-    let mut chosen: Vec<(&'static Technique, Settings)> = Vec::new();
+pub fn chosen(scene: &tyndall_scene::Scene) -> Result<Vec<Chosen>, RenderError> {
+    let mut chosen: Vec<Chosen> = Vec::new();
     for (name, given) in &scene.techniques {
         let Some(technique) = TECHNIQUES.iter().find(|technique| technique.name == name) else {
             let names: Vec<_> = TECHNIQUES.iter().map(|technique| technique.name).collect();
@@ -161,9 +164,9 @@ pub fn chosen(scene: &tyndall_scene::Scene) -> Result<Vec<(&'static Technique, S
     Ok(chosen)
 }
 
-/// Refuses what is no field over a box (unstructured meshes, particles, strands), in the name of a technique that does not
+/// Refuses bodies in place of a field over a box (the cells of a mesh, particles, strands), in the name of a technique that does not
 /// render it.
-fn without_meshes(world: &World, technique: &str) -> Result<(), RenderError> {
+fn without_bodies(world: &World, technique: &str) -> Result<(), RenderError> {
     for volume in &world.volumes {
         let (density, what, accepted) = match &volume.field {
             Field::Mesh(_) => ("mesh", "a mesh", "a mesh with techniques.cells"),

@@ -136,12 +136,7 @@ async fn record(
     let rounds = cells.rounds * cells.samples;
     let several = rounds > 1;
     let side = u64::from(gpu.tile_side());
-    let paths = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("paths"),
-        size: if several { side * side * PATH_BYTES } else { PATH_BYTES },
-        usage: wgpu::BufferUsages::STORAGE,
-        mapped_at_creation: false,
-    });
+    let paths = gpu.scratch("paths", if several { side * side * PATH_BYTES } else { PATH_BYTES });
     let tetrahedra = (0..mesh.count()).map(|cell| {
         let (corners, values) = (mesh.corners(cell), mesh.corner_values(cell));
         let neighbours = mesh.neighbours(cell).map(|neighbour| neighbour.unwrap_or(NOWHERE));

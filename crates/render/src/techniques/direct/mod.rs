@@ -90,12 +90,7 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
     let lights = gpu.buffer("lights", &Lights { lights });
     let shadows = Shadows::record(graph, resident, &resident.view, &lights, casts, &options).await?;
     let side = u64::from(gpu.tile_side());
-    let sums = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("sums"),
-        size: if rounds > 1 { side * side * 16 } else { 16 },
-        usage: wgpu::BufferUsages::STORAGE,
-        mapped_at_creation: false,
-    });
+    let sums = gpu.scratch("sums", if rounds > 1 { side * side * 16 } else { 16 });
     let tile = graph.tile();
     graph
         .compute("direct", &DIRECT)

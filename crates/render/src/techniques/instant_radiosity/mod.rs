@@ -254,12 +254,7 @@ async fn gather_pass(
 ) -> Result<(), RenderError> {
     let (gpu, tile) = (graph.gpu(), graph.tile());
     let side = u64::from(gpu.tile_side());
-    let sums = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("sums"),
-        size: side * side * 16,
-        usage: wgpu::BufferUsages::STORAGE,
-        mapped_at_creation: false,
-    });
+    let sums = gpu.scratch("sums", side * side * 16);
     graph
         .compute("gather", &GATHER)
         .constant("NODES", geometry.bvh.nodes())

@@ -24,7 +24,7 @@ use tyndall_scene::parameter::{Kind, Parameter};
 use tyndall_scene::volume::BRICK_CELLS;
 
 use super::{
-    AREA_POINTS, ENVIRONMENT_DIRECTIONS, MODEL, Recording, Role, SAMPLES, TERMINATION, Technique, without_meshes,
+    AREA_POINTS, ENVIRONMENT_DIRECTIONS, MODEL, Recording, Role, SAMPLES, TERMINATION, Technique, without_bodies,
 };
 use crate::graph::{Shader, shader};
 use crate::resident::surfaces::emitters;
@@ -169,7 +169,7 @@ pub(crate) async fn record_up_to(
     Recording { graph, resident, settings, film, world, behind, .. }: Recording<'_, '_>,
     reach: Vec2,
 ) -> Result<(), RenderError> {
-    without_meshes(world, TECHNIQUE.name)?;
+    without_bodies(world, TECHNIQUE.name)?;
     let gpu = graph.gpu();
     let model = settings.choice("model");
     let scattering = model == "single_scattering";
@@ -227,19 +227,11 @@ pub(crate) async fn record_up_to(
     let [width, height] = resident.film.map(|side| u64::from(side.div_ceil(scale)));
     let mean = jitter || rays > 1;
     let side = u64::from(gpu.tile_side());
-    let storage = |label, size| {
-        gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some(label),
-            size,
-            usage: wgpu::BufferUsages::STORAGE,
-            mapped_at_creation: false,
-        })
-    };
     let back_to_front = settings.choice("order") == "back_to_front";
     let preintegrated = settings.choice("preintegration") == "on";
     let plain = !scattering && !preintegrated && !back_to_front && stride.tolerance == 0.0 && reach == BEYOND;
-    let paths = storage("paths", if rounds > 1 { (side + 2) * (side + 2) * PATH_BYTES } else { PATH_BYTES });
-    let sums = storage("sums", if mean { width * height * 16 } else { 16 });
+    let paths = gpu.scratch("paths", if rounds > 1 { (side + 2) * (side + 2) * PATH_BYTES } else { PATH_BYTES });
+    let sums = gpu.scratch("sums", if mean { width * height * 16 } else { 16 });
     let noise = blue_noise::texture(gpu, jitter).await?;
     let parameters = gpu.buffer("march", &march);
     let lights = gpu.buffer("lights", &Lights { lights });
@@ -294,18 +286,8 @@ pub(crate) async fn record_up_to(
 
 /// The texture of a march at a lower resolution.
 async fn low_film(gpu: &Gpu, film: [u32; 2], scale: u32) -> Result<wgpu::Texture, RenderError> {
-    let [width, height] = film.map(|side| side.div_ceil(scale));
-    gpu.texture(&wgpu::TextureDescriptor {
-        label: Some("low film"),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba32Float,
-        usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
-        view_formats: &[],
-    })
-    .await
+    let size = film.map(|side| side.div_ceil(scale));
+    gpu.texture_2d("low film", size, wgpu::TextureFormat::Rgba32Float, wgpu::TextureUsages::STORAGE_BINDING).await
 }
 
 /// Into how many rounds, of how many samples, a camera ray is cut so that no invocation makes more loop iterations than

@@ -13,7 +13,7 @@ mod test;
 
 use tyndall_scene::parameter::{Kind, Parameter};
 
-use super::{Recording, Role, Technique, plain, without_meshes, without_surfaces};
+use super::{Recording, Role, Technique, plain, without_bodies, without_surfaces};
 use crate::RenderError;
 use crate::graph::{Shader, shader};
 
@@ -58,7 +58,7 @@ pub(crate) struct Project {
 
 async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
     let Recording { graph, world, resident, settings, film, .. } = recording;
-    without_meshes(world, TECHNIQUE.name)?;
+    without_bodies(world, TECHNIQUE.name)?;
     without_surfaces(world, TECHNIQUE.name)?;
     plain(world, TECHNIQUE.name)?;
     let gpu = graph.gpu();

@@ -20,7 +20,7 @@ use glam::{Mat4, Vec3};
 use tyndall_scene::World;
 use tyndall_scene::parameter::{Kind, Parameter};
 
-use super::{LAYERED_MODEL, Recording, Role, Technique, plain, without_meshes, without_surfaces};
+use super::{LAYERED_MODEL, Recording, Role, Technique, plain, without_bodies, without_surfaces};
 use crate::graph::{Draw, Shader, Target, shader};
 use crate::{RenderError, layers};
 
@@ -65,7 +65,7 @@ pub(crate) struct Slicing {
 
 async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
     let Recording { graph, world, resident, settings, film, .. } = recording;
-    without_meshes(world, TECHNIQUE.name)?;
+    without_bodies(world, TECHNIQUE.name)?;
     without_surfaces(world, TECHNIQUE.name)?;
     plain(world, TECHNIQUE.name)?;
     layers::check(world)?;

@@ -23,7 +23,7 @@ use glam::Mat3;
 use tyndall_scene::World;
 use tyndall_scene::parameter::{Kind, Parameter};
 
-use super::{LAYERED_MODEL, Recording, Role, Technique, plain, without_meshes, without_surfaces};
+use super::{LAYERED_MODEL, Recording, Role, Technique, plain, without_bodies, without_surfaces};
 use crate::graph::{Draw, Shader, Target, shader};
 use crate::resident::MAX_VOLUMES;
 use crate::{Gpu, RenderError, layers};
@@ -88,7 +88,7 @@ struct Splats {
 
 async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
     let Recording { graph, world, resident, settings, film, .. } = recording;
-    without_meshes(world, TECHNIQUE.name)?;
+    without_bodies(world, TECHNIQUE.name)?;
     without_surfaces(world, TECHNIQUE.name)?;
     plain(world, TECHNIQUE.name)?;
     layers::check(world)?;
@@ -114,12 +114,7 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
     let splats = gpu.buffer("splats", &Splats { splats });
     let kernels = gpu.buffer("kernels", &Kernels { kernels });
     let padded = count.max(2).next_power_of_two();
-    let order = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("order"),
-        size: u64::from(padded) * 8,
-        usage: wgpu::BufferUsages::STORAGE,
-        mapped_at_creation: false,
-    });
+    let order = gpu.scratch("order", u64::from(padded) * 8);
     let target = layers::texture(gpu, resident.film).await?;
     let tile = graph.tile();
     graph

@@ -18,7 +18,7 @@ mod test;
 use tyndall_scene::parameter::{Kind, Parameter, Settings};
 use tyndall_scene::{FieldError, World};
 
-use super::{Recording, Role, Technique, chosen, without_meshes};
+use super::{Recording, Role, Technique, chosen, without_bodies};
 use crate::graph::{Graph, Shader, shader};
 use crate::resident::{Lights, Resident, Stride, Transmittance, environment};
 use crate::{Gpu, RenderError};
@@ -113,7 +113,7 @@ pub(crate) struct Deposit {
 }
 
 async fn record(Recording { graph, resident, settings, world, .. }: Recording<'_, '_>) -> Result<(), RenderError> {
-    without_meshes(world, TECHNIQUE.name)?;
+    without_bodies(world, TECHNIQUE.name)?;
     let gpu = graph.gpu();
     let asked = directions(world)?;
     let directions = environment::lights(resident, asked);
@@ -168,7 +168,8 @@ async fn prefilter(graph: &mut Graph<'_>, resident: &Resident, settings: &Settin
     }
     let texels = &resident.transmittance.texels;
     let size = [texels.width(), texels.height()];
-    let between = texture(graph.gpu(), "filtered along x", size, texels.format()).await?;
+    let between =
+        graph.gpu().texture_2d("filtered along x", size, texels.format(), wgpu::TextureUsages::STORAGE_BINDING).await?;
     let shader = if texels.format() == wgpu::TextureFormat::Rgba16Float { &FILTER_HALF } else { &FILTER_SINGLE };
     for (axis, (from, to)) in [(texels, &between), (&between, texels)].into_iter().enumerate() {
         graph
@@ -236,8 +237,22 @@ async fn textures(
     }
     let format = if single { wgpu::TextureFormat::Rgba32Float } else { wgpu::TextureFormat::Rgba16Float };
     Ok(Transmittance {
-        maps: texture(gpu, "transmittance maps", [4, mapped], wgpu::TextureFormat::Rgba32Float).await?,
-        texels: texture(gpu, "transmittance", [columns * resolution, rows * resolution], format).await?,
+        maps: gpu
+            .texture_2d(
+                "transmittance maps",
+                [4, mapped],
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureUsages::STORAGE_BINDING,
+            )
+            .await?,
+        texels: gpu
+            .texture_2d(
+                "transmittance",
+                [columns * resolution, rows * resolution],
+                format,
+                wgpu::TextureUsages::STORAGE_BINDING,
+            )
+            .await?,
         mapped,
         parallel: resident.lights.iter().all(|light| light.local == 0),
         directions: 0,
@@ -249,26 +264,6 @@ async fn textures(
         sets,
         bias,
     })
-}
-
-/// A texture that passes write and read.
-async fn texture(
-    gpu: &Gpu,
-    label: &str,
-    [width, height]: [u32; 2],
-    format: wgpu::TextureFormat,
-) -> Result<wgpu::Texture, RenderError> {
-    gpu.texture(&wgpu::TextureDescriptor {
-        label: Some(label),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
-        view_formats: &[],
-    })
-    .await
 }
 
 /// How many numbers a basis has for so many asked for, and the bias of moments.
