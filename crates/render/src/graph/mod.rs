@@ -102,6 +102,18 @@ impl<'a> Graph<'a> {
         Declaration::new(self, name, shader)
     }
 
+    /// Runs every pass that runs once a frame: what is made before there is one.
+    ///
+    /// # Errors
+    /// Settings that the profiler refuses.
+    pub fn run_once(&self) -> Result<(), RenderError> {
+        let settings = wgpu_profiler::GpuProfilerSettings { enable_timer_queries: false, ..Default::default() };
+        let mut profiler = wgpu_profiler::GpuProfiler::new(&self.gpu.device, settings)
+            .map_err(|error| RenderError::Pass { pass: "profiler".into(), message: error.to_string() })?;
+        self.submit(Tile::default(), &mut profiler);
+        Ok(())
+    }
+
     /// Submits every pass for one tile of the film, a submission a round, each with its GPU time. A pass that runs once a
     /// frame does so with the first tile.
     pub fn submit(&self, tile: Tile, profiler: &mut wgpu_profiler::GpuProfiler) {
@@ -207,17 +219,20 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             ("PLANES", f64::from(traits.planes)),
             ("SHADED", f64::from(traits.shaded)),
             ("SURFACES", f64::from(traits.surfaces)),
+            ("GRADIENTS", f64::from(resident.has_gradients())),
+            ("FLAT", f64::from(resident.flat)),
         ];
         for (name, value) in constants.into_iter().chain(resident.transmittance.constants()) {
             if reflection.overrides.iter().any(|used| used == name) {
                 self = self.constant(name, value);
             }
         }
-        let resources: [(_, Resource); 14] = [
+        let resources: [(_, Resource); 15] = [
             ("volumes", (&resident.volumes).into()),
             ("extras", (&resident.extras).into()),
             ("bricks", (&resident.bricks).into()),
             ("atlas", (&resident.atlas).into()),
+            ("gradients", (&resident.gradients).into()),
             ("transfers", (&resident.transfers).into()),
             ("phases", (&resident.phases).into()),
             ("sky", (&resident.sky).into()),
