@@ -180,7 +180,7 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
         self
     }
 
-    /// The world: of what `resident/volume.wesl`, `surface.wesl`, `transmittance.wesl` and `sky.wesl` bind and are specialised for, as much as the shader uses.
+    /// The world: of what `resident/volume.wesl`, `surface.wesl`, `bodies.wesl`, `transmittance.wesl` and `sky.wesl` bind and are specialised for, as much as the shader uses.
     pub fn world(mut self, resident: &Resident) -> Self {
         if let Some(source) = resident.expressions.as_ref().and_then(|text| text.splice(&self.shader.source)) {
             self.shader.source = source.into();
@@ -209,7 +209,7 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
                 self = self.constant(name, value);
             }
         }
-        let resources: [(_, Resource); 14] = [
+        let resources: [(_, Resource); 17] = [
             ("volumes", (&resident.volumes).into()),
             ("extras", (&resident.extras).into()),
             ("bricks", (&resident.bricks).into()),
@@ -224,6 +224,9 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             ("texels", (&resident.surfaces.texels).into()),
             ("transmittance_maps", (&resident.transmittance.maps).into()),
             ("transmittances", (&resident.transmittance.texels).into()),
+            ("balls", (&resident.bodies.balls).into()),
+            ("segments", (&resident.bodies.segments).into()),
+            ("bodies", (&resident.bodies.info).into()),
         ];
         for (name, resource) in resources {
             if reflection.bindings.iter().any(|used| used.name == name) {

@@ -1,5 +1,6 @@
 //! Functions that shaders share (`*.wesl`), each beside its Rust twin.
 
+pub mod bodies;
 pub mod brdf;
 pub mod octahedral;
 pub mod phase;

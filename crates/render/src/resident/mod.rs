@@ -1,6 +1,7 @@
 //! A world as the GPU holds it: textures and buffers that techniques read.
 
 mod atlas;
+pub mod bodies;
 mod bricks;
 pub mod bvh;
 pub(crate) mod environment;
@@ -20,6 +21,7 @@ use std::sync::Arc;
 use tyndall_scene::description::Camera;
 use tyndall_scene::{EnvironmentMap, World};
 
+pub use bodies::Bodies;
 pub use light::{Light, Lights};
 pub use surfaces::Surfaces;
 pub use transmittance::Transmittance;
@@ -41,7 +43,7 @@ pub struct Resident {
     pub view: wgpu::Buffer,
     /// The camera of the frame before, as a buffer.
     pub previous: wgpu::Buffer,
-    /// [`MAX_VOLUMES`] of [`Volume`], as a buffer.
+    /// [`MAX_VOLUMES`] of [`Volume`], as a buffer: fields, in the order of their names, then media that are made of bodies.
     pub volumes: wgpu::Buffer,
     /// The bricks of all volumes, as a texture of bits.
     pub bricks: wgpu::Texture,
@@ -65,6 +67,8 @@ pub struct Resident {
     pub bounds: Option<[glam::Vec3; 2]>,
     /// The surfaces.
     pub surfaces: Surfaces,
+    /// Particles and strands.
+    pub bodies: Bodies,
     /// Maps of the transmittance from the first lights, where a technique makes them.
     pub transmittance: Transmittance,
     /// Lights but the environment, the directional ones first, for techniques to extend and upload.
@@ -99,12 +103,15 @@ impl Resident {
                 advice: "Render a smaller picture.".into(),
             });
         }
-        volume::check(&world.volumes)?;
+        let volumes = ordered(world);
+        volume::check(&volumes)?;
         let (lights, environment) = light::encode(&world.lights);
         let view = View::new(&world.scene.camera, film, environment, rotation(world.environment.as_deref()));
         let surfaces = Surfaces::new(gpu, &world.surfaces).await?;
-        let atlas = Atlas::new(gpu, &world.volumes).await?;
-        let media = Media::new(gpu, &atlas, &world.volumes).await?;
+        let atlas = Atlas::new(gpu, &volumes).await?;
+        let media = Media::new(gpu, &atlas, &volumes).await?;
+        let bodies = Bodies::new(gpu, &volumes, None).await?;
+        bodies.upload(gpu, &volumes);
         Ok(Self {
             atlas: atlas.texture.clone(),
             places: atlas,
@@ -115,17 +122,18 @@ impl Resident {
             extras: media.extras,
             transfers: media.transfers,
             phases: media.phases,
-            expressions: Expressions::new(&world.volumes),
+            expressions: Expressions::new(&volumes),
             linear: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("linear"),
                 mag_filter: wgpu::FilterMode::Linear,
                 min_filter: wgpu::FilterMode::Linear,
                 ..Default::default()
             }),
-            traits: Traits::of(&world.volumes),
+            traits: Traits::of(&volumes),
             transmittance: Transmittance::none(gpu).await?,
             bounds: bounds(&surfaces, world),
             surfaces,
+            bodies,
             lights,
             virtual_lights: None,
             environment,
@@ -135,28 +143,36 @@ impl Resident {
         })
     }
 
-    /// The same with the media of `world`, whose grids are on the device already: no voxel is uploaded.
+    /// The same with the media of `world`, whose grids are on the device already: no voxel is uploaded. Nor are bodies yet, as
+    /// they may go into the same buffers: see [`upload_bodies`](Self::upload_bodies).
     ///
     /// # Errors
     /// Grids that are not there, more volumes than shaders hold, and memory that runs out.
     pub(crate) async fn with_media(&self, gpu: &Gpu, world: &World) -> Result<Self, RenderError> {
-        volume::check(&world.volumes)?;
-        self.places.check(&world.volumes)?;
-        let media = Media::new(gpu, &self.places, &world.volumes).await?;
+        let volumes = ordered(world);
+        volume::check(&volumes)?;
+        self.places.check(&volumes)?;
+        let media = Media::new(gpu, &self.places, &volumes).await?;
         Ok(Self {
             volumes: media.volumes,
             bricks: media.bricks,
             extras: media.extras,
             transfers: media.transfers,
             phases: media.phases,
-            expressions: Expressions::new(&world.volumes),
-            traits: Traits::of(&world.volumes),
+            expressions: Expressions::new(&volumes),
+            traits: Traits::of(&volumes),
             bounds: bounds(&self.surfaces, world),
+            bodies: Bodies::new(gpu, &volumes, Some(&self.bodies)).await?,
             // Techniques make them anew, or no more.
             transmittance: Transmittance::none(gpu).await?,
             virtual_lights: None,
             ..self.clone()
         })
+    }
+
+    /// Writes the bodies of the world that [`with_media`](Self::with_media) was given.
+    pub(crate) fn upload_bodies(&self, gpu: &Gpu, world: &World) {
+        self.bodies.upload(gpu, &ordered(world));
     }
 
     /// Makes the environment map unseen; it still lights media.
@@ -200,6 +216,13 @@ impl Media {
             phases: tables::phases(gpu, media).await?,
         })
     }
+}
+
+/// The media of a world as shaders number them: those that rays are marched through, then those that are made of bodies.
+fn ordered(world: &World) -> Vec<tyndall_scene::Volume> {
+    let (bodies, mut volumes): (Vec<_>, Vec<_>) = world.volumes.iter().cloned().partition(bodies::is_bodies);
+    volumes.extend(bodies);
+    volumes
 }
 
 /// A box around all surfaces and media.

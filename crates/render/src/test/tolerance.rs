@@ -3,6 +3,11 @@
 /// A WGSL function in single precision against its Rust twin in double precision: a few roundings of 2⁻²⁴, relative to
 /// the larger of the value and 1.
 pub const PROBE: f64 = 4e-6;
+/// As [`PROBE`], for bodies with a radius of 0.1 m and more, at most 8 m away: positions on a ray are rounded by 5e-7 m, which
+/// changes q by 2·5e-7/0.1, and the share of the depth by 5/2 as much.
+pub const PROBE_BODIES: f64 = 3e-5;
+/// Colours in 16 bits, times a depth of 2.
+pub const PROBE_PACKED_COLOR: f64 = 1.6e-5;
 /// As [`PROBE`], for AgX: WGSL allows `pow` and `log2` errors of many roundings. A tenth of an 8-bit step.
 pub const PROBE_AGX: f64 = 4e-4;
 /// As [`PROBE`], for expressions: WGSL allows `sin` an error of 2⁻¹¹, drivers stay far below; p is computed twice.
