@@ -4,6 +4,7 @@ pub mod cells;
 pub mod direct;
 pub mod instant_radiosity;
 pub mod march;
+pub mod particles;
 pub mod project;
 pub mod slicing;
 pub mod splatting;

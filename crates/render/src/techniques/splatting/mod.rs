@@ -137,7 +137,7 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
             regions: None,
         })
         .await?;
-    layers::before_environment(graph, resident, &target, film).await
+    layers::before(graph, resident, &target, None, film).await
 }
 
 /// The splats of all media, or why there are too many.

@@ -1,0 +1,1 @@
+//! Drawn bodies against closed forms and the reference.
