@@ -2,7 +2,7 @@
 
 use super::Shared;
 use crate::graph::{Graph, Shader, shader};
-use crate::resident::{Resident, Transmittance};
+use crate::resident::Transmittance;
 use crate::{RenderError, layers};
 
 static DEPOSIT: Shader = shader!("techniques/particles/deposit");
@@ -22,15 +22,15 @@ pub(super) async fn record(
     let count = 2 * ((coefficients - 1) / 2) + 1;
     let sets = (count + 1).div_ceil(4);
     // The world, with the numbers of camera rays in place of those of light rays.
-    let transmittance = Transmittance { basis: 0, count, sets, ..resident.transmittance.clone() };
-    let world = Resident { transmittance, ..resident.clone() };
+    let mut world = resident.clone();
+    world.transmittance = Transmittance { basis: 0, count, sets, ..world.transmittance };
     let mut numbers = Vec::new();
     for _ in 0..sets {
         numbers.push(layers::texture(gpu, resident.film).await?);
     }
     for (set, texture) in numbers.iter().enumerate() {
         let declared = graph.raster("particles.deposit", &DEPOSIT).constant("SET", set as u32).world(&world);
-        shared.on(declared, target).draw(shared.all(texture, layers::SUM)).await?;
+        shared.on(declared).draw(shared.all(texture, layers::SUM)).await?;
     }
     let declared = graph.raster("particles", &UNSORTED).world(&world);
     let names = ["numbers0", "numbers1", "numbers2", "numbers3"];
@@ -38,7 +38,7 @@ pub(super) async fn record(
         .into_iter()
         .enumerate()
         .fold(declared, |declared, (set, name)| declared.read(name, numbers.get(set).unwrap_or(&numbers[0])));
-    shared.on(declared, &numbers[0]).draw(shared.all(target, layers::SUM)).await?;
+    shared.on(declared).draw(shared.all(target, layers::SUM)).await?;
     let tile = graph.tile();
     graph
         .compute("particles.resolve", &RESOLVE)

@@ -142,7 +142,7 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
             .shadows(&shadows)
             .read("lights", &lights)
             .read("order", &order.buffer);
-        shared.on(declared, &target).draw(shared.all(&target, layers::OVER)).await?;
+        shared.on(declared).draw(shared.all(&target, layers::OVER)).await?;
         return layers::before(graph, resident, &target, behind, film).await;
     }
     let coefficients = settings.number("coefficients") as u32;
@@ -150,15 +150,15 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
 }
 
 impl Shared<'_> {
-    /// What `footprint.wesl` needs; `other` is bound where no surfaces are.
-    fn on<'g, 'a>(&self, declared: Declaration<'g, 'a, Raster>, other: &wgpu::Texture) -> Declaration<'g, 'a, Raster> {
+    /// What `footprint.wesl` needs, and surfaces; where there are none, a texture that is not drawn to is bound.
+    fn on<'g, 'a>(&self, declared: Declaration<'g, 'a, Raster>) -> Declaration<'g, 'a, Raster> {
         declared
             .constant("BALLS", self.resident.bodies.ball_count)
             .constant("SEGMENTS", self.resident.bodies.segment_count)
             .constant("BEHIND", self.behind.is_some())
             .read("view", &self.resident.view)
             .read("lit", &self.lit)
-            .read("behind", self.behind.unwrap_or(other))
+            .read("behind", self.behind.unwrap_or(&self.resident.transmittance.maps))
     }
 
     /// Draws all bodies.
