@@ -169,7 +169,8 @@ pub fn chosen(scene: &tyndall_scene::Scene) -> Result<Vec<Chosen>, RenderError> 
 }
 
 /// Who renders particles and strands.
-const BODIES: &str = "particles and strands, with no other media beside them, with techniques.particles; or `tyndall reference`";
+const BODIES: &str =
+    "particles and strands, with no other media beside them, with techniques.particles; or `tyndall reference`";
 
 /// Refuses bodies in place of a field over a box (the cells of a mesh, particles, strands), in the name of a technique that does not
 /// render it.
