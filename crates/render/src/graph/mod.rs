@@ -6,14 +6,14 @@
 //! an error that names pass and binding. Recording makes pipelines and bind groups; executing allocates nothing.
 //!
 //! What a pass runs over is said last: `over_film`, an invocation a pixel; `dispatch`, so many workgroups, once a frame;
-//! `draw`, triangles into a target.
+//! `draw` and `draw_layers`, triangles into a target.
 
 mod bindings;
 mod raster;
 mod shader;
 
 pub use bindings::{BindingError, Bindings, Resource};
-pub use raster::{Draw, Region, Target};
+pub use raster::{Draw, Layers, Region, Target};
 pub(crate) use shader::shader;
 pub use shader::{BindingKind, Reflected, Reflection, Shader};
 
@@ -310,12 +310,7 @@ fn compute_pipeline(
     shader: &Shader,
     constants: &[(&'static str, f64)],
 ) -> wgpu::ComputePipeline {
-    // What is not as it was linked has a source of its own.
-    let own = match &shader.source {
-        std::borrow::Cow::Borrowed(_) => "",
-        std::borrow::Cow::Owned(source) => source,
-    };
-    let key = format!("{} {constants:?}{own}", shader.name);
+    let key = format!("{} {constants:?}{}", shader.name, shader.own());
     let mut cache = gpu.pipelines.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     let made = cache.entry(key).or_insert_with(|| {
         tracing::debug!(pass, shader = shader.name, ?constants, "compiling a pipeline");
