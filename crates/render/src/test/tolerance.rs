@@ -133,3 +133,17 @@ pub const LIT_SMOKE: f32 = 0.15;
 pub const ONE_GRID: f64 = 1e-4;
 /// Shading by stored gradients, half floats relative to the range of values (2^-11 of each), against six reads.
 pub const STORED_GRADIENTS: f64 = 5e-4;
+/// Balls drawn by their closed form: some ten roundings, and what a rim loses of q where the eye is near.
+pub const BALLS: f64 = 2e-5;
+/// 150 balls, one laid over the other: a rounding each.
+pub const MANY_BALLS: f64 = 1e-4;
+/// Balls up to a surface, whose distance is found in single precision: see [`DISTANCE`].
+pub const CUT_BALLS: f64 = 1e-4;
+/// Two balls of opacity 0.95 without an order, by 7 coefficients: what ringing lets through of the farther one.
+pub const HIDDEN: f64 = 0.06;
+/// A ball of an optical depth of 1e-3: what is lost of its own light, and where in it that is scattered.
+pub const THIN_BALL: f64 = 2e-3;
+/// Gauss' rule of 6 points over a fibre's width, of an optical depth of 4 at most; WGSL allows `asin` an error of 5e-4.
+pub const PROBE_FIBRE: f64 = 2e-3;
+/// A fibre over 45 pixels, in four places: a fifth of a pixel at either end, and where it is bent ribbons are cut slantwise.
+pub const FIBRE: f64 = 0.02;
