@@ -57,8 +57,8 @@ struct Pass {
 
 #[derive(Debug)]
 enum Work {
-    /// An invocation a pixel of each tile, in workgroups of this size.
-    OverFilm(wgpu::ComputePipeline, [u32; 3]),
+    /// An invocation a square of so many pixels a side, in workgroups of this size.
+    OverFilm(wgpu::ComputePipeline, [u32; 3], u32),
     /// So many workgroups, once a frame.
     Dispatch(wgpu::ComputePipeline, [u32; 3]),
     /// Triangles, a batch of instances a round.
@@ -102,6 +102,18 @@ impl<'a> Graph<'a> {
         Declaration::new(self, name, shader)
     }
 
+    /// Runs every pass that runs once a frame: what is made before there is one.
+    ///
+    /// # Errors
+    /// Settings that the profiler refuses.
+    pub fn run_once(&self) -> Result<(), RenderError> {
+        let settings = wgpu_profiler::GpuProfilerSettings { enable_timer_queries: false, ..Default::default() };
+        let mut profiler = wgpu_profiler::GpuProfiler::new(&self.gpu.device, settings)
+            .map_err(|error| RenderError::Pass { pass: "profiler".into(), message: error.to_string() })?;
+        self.submit(Tile::default(), &mut profiler);
+        Ok(())
+    }
+
     /// Submits every pass for one tile of the film, a submission a round, each with its GPU time. A pass that runs once a
     /// frame does so with the first tile.
     pub fn submit(&self, tile: Tile, profiler: &mut wgpu_profiler::GpuProfiler) {
@@ -128,7 +140,11 @@ impl Pass {
         let (pipeline, [x, y, z]) = match &self.work {
             Work::Draw(drawing) => return drawing.record(self.name, &self.bind_group, tile, scope),
             Work::Dispatch(pipeline, workgroups) => (pipeline, *workgroups),
-            Work::OverFilm(pipeline, [x, y, _]) => (pipeline, [tile.size.x.div_ceil(*x), tile.size.y.div_ceil(*y), 1]),
+            Work::OverFilm(pipeline, [x, y, _], scale) => {
+                let border = if *scale > 1 { 2 } else { 0 };
+                let [width, height] = tile.size.to_array().map(|side| side.div_ceil(*scale) + border);
+                (pipeline, [width.div_ceil(*x), height.div_ceil(*y), 1])
+            }
         };
         let mut recorded = scope.scoped_compute_pass(self.name);
         recorded.set_pipeline(pipeline);
@@ -203,17 +219,20 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             ("PLANES", f64::from(traits.planes)),
             ("SHADED", f64::from(traits.shaded)),
             ("SURFACES", f64::from(traits.surfaces)),
+            ("GRADIENTS", f64::from(resident.has_gradients())),
+            ("FLAT", f64::from(resident.flat)),
         ];
         for (name, value) in constants.into_iter().chain(resident.transmittance.constants()) {
             if reflection.overrides.iter().any(|used| used == name) {
                 self = self.constant(name, value);
             }
         }
-        let resources: [(_, Resource); 14] = [
+        let resources: [(_, Resource); 15] = [
             ("volumes", (&resident.volumes).into()),
             ("extras", (&resident.extras).into()),
             ("bricks", (&resident.bricks).into()),
             ("atlas", (&resident.atlas).into()),
+            ("gradients", (&resident.gradients).into()),
             ("transfers", (&resident.transfers).into()),
             ("phases", (&resident.phases).into()),
             ("sky", (&resident.sky).into()),
@@ -272,7 +291,16 @@ impl Declaration<'_, '_, Compute> {
     /// # Errors
     /// Names that do not match the shader's, and whatever the device refuses.
     pub async fn over_film(self, rounds: u32) -> Result<(), RenderError> {
-        self.compute(rounds, Work::OverFilm).await
+        self.over_coarse_film(rounds, 1).await
+    }
+
+    /// As [`over_film`](Self::over_film), an invocation a square of `scale` pixels a side, and, where that is more than a
+    /// pixel, one square more around each tile, between which a later pass interpolates.
+    ///
+    /// # Errors
+    /// As [`over_film`](Self::over_film).
+    pub async fn over_coarse_film(self, rounds: u32, scale: u32) -> Result<(), RenderError> {
+        self.compute(rounds, |pipeline, workgroup| Work::OverFilm(pipeline, workgroup, scale)).await
     }
 
     /// Records the pass: so many workgroups along x, y, z, once a frame, in so many rounds, one after the other.

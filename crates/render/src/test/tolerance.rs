@@ -128,3 +128,5 @@ pub const LIT_SMOKE: f32 = 0.15;
 /// The march through one grid against that of any media: positions are rounded differently, which now and then takes the
 /// next entry of a transfer function.
 pub const ONE_GRID: f64 = 1e-4;
+/// Shading by stored gradients, half floats relative to the range of values (2^-11 of each), against six reads.
+pub const STORED_GRADIENTS: f64 = 5e-4;

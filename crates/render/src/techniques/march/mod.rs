@@ -223,7 +223,11 @@ pub(crate) async fn record_up_to(
     let march =
         March { stride, scattering: scattered, termination, suns, rounds, samples_per_round, rays, scale, reach };
     let jitter = settings.choice("jitter") == "blue_noise";
-    let low = if scale > 1 { Some(low_film(gpu, resident.film, scale).await?) } else { None };
+    // What a march at a lower resolution fills, and how far away its rays meet what is seen [m].
+    let low_size = if scale > 1 { resident.film.map(|side| side.div_ceil(scale)) } else { [1; 2] };
+    let storage = wgpu::TextureUsages::STORAGE_BINDING;
+    let low = gpu.texture_2d("low film", low_size, wgpu::TextureFormat::Rgba32Float, storage).await?;
+    let distances = gpu.texture_2d("distances", low_size, wgpu::TextureFormat::R32Float, storage).await?;
     let [width, height] = resident.film.map(|side| u64::from(side.div_ceil(scale)));
     let mean = jitter || rays > 1;
     let side = u64::from(gpu.tile_side());
@@ -262,12 +266,15 @@ pub(crate) async fn record_up_to(
         .read("lights", &lights)
         .read("blue_noise", &noise)
         .read("behind", behind.unwrap_or(&noise))
-        .write("film", low.as_ref().unwrap_or(film))
+        .write("film", if scale > 1 { &low } else { film })
+        .write("distances", &distances)
         .write("paths", &paths)
         .write("sums", &sums)
-        .over_film(rounds * rays)
+        .over_coarse_film(rounds * rays, scale)
         .await?;
-    let Some(low) = low else { return Ok(()) };
+    if scale == 1 {
+        return Ok(());
+    }
     let upsample = Upsample { stride: Stride { lit: 1, ..stride }, scale, alike: 8.0 * traits.voxel };
     let upsample = gpu.buffer("upsample", &upsample);
     graph
@@ -279,15 +286,10 @@ pub(crate) async fn record_up_to(
         .read("tile", &tile)
         .read("upsample", &upsample)
         .read("low", &low)
+        .read("distances", &distances)
         .write("film", film)
         .over_film(1)
         .await
-}
-
-/// The texture of a march at a lower resolution.
-async fn low_film(gpu: &Gpu, film: [u32; 2], scale: u32) -> Result<wgpu::Texture, RenderError> {
-    let size = film.map(|side| side.div_ceil(scale));
-    gpu.texture_2d("low film", size, wgpu::TextureFormat::Rgba32Float, wgpu::TextureUsages::STORAGE_BINDING).await
 }
 
 /// Into how many rounds, of how many samples, a camera ray is cut so that no invocation makes more loop iterations than
