@@ -22,13 +22,15 @@ pub struct Transmittance {
     pub ranges: bool,
     /// Tiles in a row.
     pub columns: u32,
+    /// Which mip level is looked up, between two of them where it is no whole number.
+    pub level: f32,
     /// Which basis, as `math/transmittance/basis.wesl` numbers them.
     pub basis: u32,
     /// Numbers that it has.
     pub count: u32,
     /// Sets of four.
     pub sets: u32,
-    /// What is mixed into moments.
+    /// What is mixed into moments; 0: the basis is linear.
     pub bias: f32,
 }
 
@@ -51,6 +53,7 @@ impl Transmittance {
             resolution: 1,
             ranges: false,
             columns: 1,
+            level: 0.0,
             basis: 0,
             count: 1,
             sets: 1,
@@ -59,13 +62,14 @@ impl Transmittance {
     }
 
     /// What shaders that read the maps are specialised for.
-    pub fn constants(&self) -> [(&'static str, f64); 9] {
+    pub fn constants(&self) -> [(&'static str, f64); 10] {
         [
             ("MAPPED", self.mapped.into()),
             ("PARALLEL_MAPS", self.parallel.into()),
             ("RESOLUTION", self.resolution.into()),
             ("RANGES", self.ranges.into()),
             ("COLUMNS", self.columns.into()),
+            ("LEVEL", self.level.into()),
             ("BASIS", self.basis.into()),
             ("COUNT", self.count.into()),
             ("SETS", self.sets.into()),
@@ -79,13 +83,14 @@ impl Transmittance {
             (0, _) => 0,
             (_, 0.0) => 3 * u64::from(self.sets),
             // Four roots, 48 steps and five powers each, and what goes before and after.
-            _ => 3 * 1300,
+            _ => 3 * 1500,
         }
     }
 
-    /// Bytes of the numbers of all maps.
+    /// Bytes of the numbers of all maps, their mip levels among them.
     pub fn bytes(&self) -> u64 {
         let texel = self.texels.format().block_copy_size(None).unwrap_or(16);
-        u64::from(self.texels.width()) * u64::from(self.texels.height()) * u64::from(texel)
+        let whole = u64::from(self.texels.width()) * u64::from(self.texels.height()) * u64::from(texel);
+        (0..self.texels.mip_level_count()).map(|level| whole >> (2 * level)).sum()
     }
 }

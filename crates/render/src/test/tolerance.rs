@@ -118,6 +118,8 @@ pub const MAPPED: f64 = 2e-4;
 pub const MAPPED_BALL: f64 = 0.02;
 /// As [`MAPPED_BALL`], of a lamp within it: the extinction begins at the lamp, with a step that rings.
 pub const MAPPED_WITHIN: f64 = 0.03;
+/// As [`MAPPED_BALL`], with nine sums of moments: they bound the part of the optical depth, so that a tenth of it is e^{−0.6} of light.
+pub const MAPPED_MOMENTS: f64 = 0.3;
 /// The plume with maps of 7 coefficients of Fourier's series against the inner march, whose own error is 0.8 %.
 pub const MAPPED_PLUME_7: f64 = 0.035;
 /// As [`MAPPED_PLUME_7`], with 15, or with 11 cosines: what the issue asks for.

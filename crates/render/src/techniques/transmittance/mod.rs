@@ -10,8 +10,9 @@
 //! does.
 //!
 //! Passes, once a frame: `transmittance.bounds`, a workgroup a light; `transmittance.deposit`, an invocation a texel;
-//! `transmittance.filter`, twice, where the maps are filtered.
+//! `transmittance.filter`, twice, or `transmittance.mip`, once a level, where the maps are filtered.
 
+mod prefilter;
 #[cfg(test)]
 mod test;
 
@@ -19,7 +20,7 @@ use tyndall_scene::parameter::{Kind, Parameter, Settings};
 use tyndall_scene::{FieldError, World};
 
 use super::{Recording, Role, Technique, chosen, without_bodies};
-use crate::graph::{Graph, Shader, shader};
+use crate::graph::{Shader, shader};
 use crate::resident::{Lights, Resident, Stride, Transmittance, environment};
 use crate::{Gpu, RenderError};
 
@@ -37,7 +38,7 @@ pub const TECHNIQUE: Technique = Technique {
         },
         Parameter {
             name: "coefficients",
-            help: "Numbers a texel and channel (of moments 5, 7 or 9: the power moments 0 to 4, 6 or 8)",
+            help: "Numbers a texel and channel (of moments 5, 7 or 9: the power moments 0 to 4, 6 or 8, or the trigonometric ones 0 to 2, 3 or 4)",
             unit: "",
             kind: Kind::Count { min: 1, max: MOST_COEFFICIENTS, default: 7 },
         },
@@ -73,9 +74,9 @@ pub const TECHNIQUE: Technique = Technique {
         },
         Parameter {
             name: "prefilter_kind",
-            help: "How: all alike, or by Gauss' function, of which `prefilter` is two standard deviations",
+            help: "How: all alike, by Gauss' function, of which `prefilter` is two standard deviations, or by a mip level of texels as wide",
             unit: "",
-            kind: Kind::Choice(&["box", "gaussian"]),
+            kind: Kind::Choice(&["box", "gaussian", "mips"]),
         },
         Parameter {
             name: "light_step",
@@ -94,7 +95,7 @@ pub const TECHNIQUE: Technique = Technique {
 };
 
 /// The bases, as `math/transmittance/basis.wesl` numbers them.
-const BASES: [&str; 6] = ["fourier", "slices", "haar", "cosine", "legendre", "moments"];
+const BASES: [&str; 7] = ["fourier", "slices", "haar", "cosine", "legendre", "moments", "trigonometric"];
 
 /// Room for eight sets of four.
 const MOST_COEFFICIENTS: u32 = 31;
@@ -102,8 +103,6 @@ const MOST_COEFFICIENTS: u32 = 31;
 static BOUNDS: Shader = shader!("techniques/transmittance/bounds");
 static HALF: Shader = shader!("techniques/transmittance/half");
 static SINGLE: Shader = shader!("techniques/transmittance/single");
-static FILTER_HALF: Shader = shader!("techniques/transmittance/filter_half");
-static FILTER_SINGLE: Shader = shader!("techniques/transmittance/filter_single");
 
 /// The buffer `deposit`.
 #[derive(Clone, Copy, Debug, encase::ShaderType)]
@@ -146,44 +145,10 @@ async fn record(Recording { graph, resident, settings, world, .. }: Recording<'_
         .constant("WINDOW", window.unwrap_or(0) as u32)
         .world(resident)
         .read("deposit", &deposit)
-        .write("written", &made.texels)
+        .write("written", (&made.texels, 0))
         .dispatch([groups, groups, mapped], 1)
         .await?;
-    prefilter(graph, resident, settings).await
-}
-
-/// Records the passes that filter the maps, along x into a texture of their own, along y back.
-async fn prefilter(graph: &mut Graph<'_>, resident: &Resident, settings: &Settings) -> Result<(), RenderError> {
-    let radius = settings.number("prefilter") as u32;
-    if radius == 0 {
-        return Ok(());
-    }
-    if resident.transmittance.ranges || BASES[resident.transmittance.basis as usize] == "moments" {
-        return Err(FieldError {
-            path: "techniques.transmittance.prefilter".into(),
-            found: "a filter of what is not linear: ranges of depths for each texel, or moments".into(),
-            accepted: "depths = \"light\" and another basis, or prefilter = 0".into(),
-        }
-        .into());
-    }
-    let texels = &resident.transmittance.texels;
-    let size = [texels.width(), texels.height()];
-    let between =
-        graph.gpu().texture_2d("filtered along x", size, texels.format(), wgpu::TextureUsages::STORAGE_BINDING).await?;
-    let shader = if texels.format() == wgpu::TextureFormat::Rgba16Float { &FILTER_HALF } else { &FILTER_SINGLE };
-    for (axis, (from, to)) in [(texels, &between), (&between, texels)].into_iter().enumerate() {
-        graph
-            .compute("transmittance.filter", shader)
-            .constant("AXIS", axis as u32)
-            .constant("RADIUS", radius)
-            .constant("GAUSSIAN", settings.choice("prefilter_kind") == "gaussian")
-            .constant("RESOLUTION", resident.transmittance.resolution)
-            .read("unfiltered", from)
-            .write("written", to)
-            .dispatch([size[0].div_ceil(8), size[1].div_ceil(8), 1], 1)
-            .await?;
-    }
-    Ok(())
+    prefilter::record(graph, resident, settings).await
 }
 
 /// From how many directions the scene's technique of media scatters the environment.
@@ -205,7 +170,8 @@ async fn textures(
     let basis = BASES.iter().position(|&name| name == settings.choice("basis")).unwrap_or(0) as u32;
     let given = settings.number("coefficients") as u32;
     let (count, bias) = numbers(basis, given);
-    let sets = (count + u32::from(basis == 0)).div_ceil(4);
+    // Constants with pairs behind them begin at the second number of the first set.
+    let sets = (count + u32::from(["fourier", "trigonometric"].contains(&BASES[basis as usize]))).div_ceil(4);
     let ranges = settings.choice("depths") == "texel";
     let channels = if resident.traits.grey { 1 } else { 3 };
     let resolution = settings.number("resolution") as u32;
@@ -227,7 +193,7 @@ async fn textures(
     if settings.choice("precision") == "single" && !filterable {
         tracing::debug!("this device does not interpolate 32-bit floats: transmittance has 16 bits");
     }
-    if BASES[basis as usize] == "moments" && !single {
+    if bias > 0.0 && !single {
         return Err(FieldError {
             path: "techniques.transmittance.basis".into(),
             found: "moments in 16-bit numbers, which round them away".into(),
@@ -235,6 +201,7 @@ async fn textures(
         }
         .into());
     }
+    let level = prefilter::level(settings, ranges, bias, resolution)?;
     let format = if single { wgpu::TextureFormat::Rgba32Float } else { wgpu::TextureFormat::Rgba16Float };
     Ok(Transmittance {
         maps: gpu
@@ -246,12 +213,20 @@ async fn textures(
             )
             .await?,
         texels: gpu
-            .texture_2d(
-                "transmittance",
-                [columns * resolution, rows * resolution],
+            .texture(&wgpu::TextureDescriptor {
+                label: Some("transmittance"),
+                size: wgpu::Extent3d {
+                    width: columns * resolution,
+                    height: rows * resolution,
+                    depth_or_array_layers: 1,
+                },
+                mip_level_count: 1 + level.ceil() as u32,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
                 format,
-                wgpu::TextureUsages::STORAGE_BINDING,
-            )
+                usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            })
             .await?,
         mapped,
         parallel: resident.lights.iter().all(|light| light.local == 0),
@@ -259,6 +234,7 @@ async fn textures(
         resolution,
         ranges,
         columns,
+        level,
         basis,
         count,
         sets,
@@ -275,6 +251,9 @@ fn numbers(basis: u32, given: u32) -> (u32, f32) {
         "moments" if given >= 9 => (9, 5e-5),
         "moments" if given >= 7 => (7, 5e-6),
         "moments" => (5, 5e-7),
+        "trigonometric" if given >= 9 => (9, 1.5e-6),
+        "trigonometric" if given >= 7 => (7, 8e-7),
+        "trigonometric" => (5, 4e-7),
         _ => (given, 0.0),
     }
 }
