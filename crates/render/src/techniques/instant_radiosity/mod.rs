@@ -16,6 +16,7 @@
 //! (caustics), and light that meets two mirrors in a row on its way from a virtual light; both are where a particle was
 //! reflected by them and met something else before.
 
+pub mod bake;
 pub(crate) mod geometry;
 mod punctual;
 pub mod sequence;
