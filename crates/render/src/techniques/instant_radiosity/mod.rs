@@ -22,7 +22,7 @@ mod punctual;
 pub mod sequence;
 pub(crate) mod sources;
 #[cfg(test)]
-mod test;
+pub(crate) mod test;
 pub(crate) mod vpl;
 pub mod walk;
 pub(crate) mod walkthrough;

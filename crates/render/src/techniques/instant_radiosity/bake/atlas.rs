@@ -112,8 +112,7 @@ impl Atlas {
                         distances[texel] = distance;
                         let [b, c] = if side.back { [weights[2], weights[1]] } else { [weights[1], weights[2]] };
                         let inwards = |weight: f32| (weight + INWARDS * (1.0 / 3.0 - weight)).to_bits();
-                        self.places[texel] =
-                            [side.first + i as u32 + 1, u32::from(side.back), inwards(b), inwards(c)];
+                        self.places[texel] = [side.first + i as u32 + 1, u32::from(side.back), inwards(b), inwards(c)];
                         self.sides[texel] = number;
                     }
                 }
@@ -129,7 +128,8 @@ fn nearest(corners: &[Vec2; 3], point: Vec2) -> Option<([f32; 3], f32)> {
     if area.abs() < 1e-9 {
         return None;
     }
-    let weights = [(c - b).perp_dot(point - b) / area, (a - c).perp_dot(point - c) / area, (b - a).perp_dot(point - a) / area];
+    let weights =
+        [(c - b).perp_dot(point - b) / area, (a - c).perp_dot(point - c) / area, (b - a).perp_dot(point - a) / area];
     if weights.iter().all(|&weight| weight >= 0.0) {
         return Some((weights, 0.0));
     }

@@ -83,7 +83,8 @@ fn sides(world: &World, geometry: &Geometry, lights: &[Vpl]) -> Vec<Side> {
     let mut sides = Vec::new();
     for (number, surface) in world.surfaces.iter().enumerate() {
         let (vertices, triangles) = surfaces::triangles(std::slice::from_ref(surface));
-        let side = |back| Side { surface: number, back, first, vertices: vertices.clone(), triangles: triangles.clone() };
+        let side =
+            |back| Side { surface: number, back, first, vertices: vertices.clone(), triangles: triangles.clone() };
         if matches!(surface.material.bsdf, Bsdf::Lambert { .. } | Bsdf::MetallicRoughness { .. }) {
             let emits = surface.material.emission != Vec3::ZERO;
             let count = triangles.len() as u32;
@@ -188,7 +189,9 @@ fn fill(light: &mut [Vec3], atlas: &Atlas) {
     let [width, height] = atlas.size.map(|n| n as usize);
     for _ in 0..2 {
         let before = light.to_vec();
-        for (texel, value) in light.iter_mut().enumerate().filter(|(i, _)| atlas.sides[*i] != 0 && before[*i] == Vec3::ZERO) {
+        for (texel, value) in
+            light.iter_mut().enumerate().filter(|(i, _)| atlas.sides[*i] != 0 && before[*i] == Vec3::ZERO)
+        {
             let (x, y) = (texel % width, texel / width);
             let (mut sum, mut count) = (Vec3::ZERO, 0.0);
             for v in y.saturating_sub(1)..(y + 2).min(height) {
