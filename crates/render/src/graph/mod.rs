@@ -39,6 +39,19 @@ pub struct Tile {
     pub frame: u32,
 }
 
+impl Tile {
+    /// The tiles that make up a film, of at most `side` pixels a side, row by row.
+    pub(crate) fn cover([width, height]: [u32; 2], side: u32, frame: u32) -> impl Iterator<Item = Self> {
+        let rows = (0..height).step_by(side as usize);
+        rows.flat_map(move |y| (0..width).step_by(side as usize).map(move |x| (x, y))).map(move |(x, y)| Self {
+            origin: glam::uvec2(x, y),
+            size: glam::uvec2(side.min(width - x), side.min(height - y)),
+            round: 0,
+            frame,
+        })
+    }
+}
+
 /// A list of passes.
 #[derive(Debug)]
 pub struct Graph<'a> {

@@ -80,6 +80,13 @@ pub const HIT: f32 = 1e-3;
 /// A closed enclosure of reflectance 0.5 with 256 paths: 1/256 of the light is left out after eight reflections, the rest is noise of
 /// short rays.
 pub const FURNACE: f32 = 0.01;
+/// As [`FURNACE`], of a texel alone: short rays at random.
+pub const BAKED_TEXEL: f32 = 0.1;
+/// Relative RMSE of a light map against the picture of the same virtual lights: interpolation between texels at edges of shadows.
+pub const BAKED: f64 = 0.01;
+/// The same against the reference, without the lamp, 256 paths and 96 texels a side: a picture of as many paths is some 8 % off, the
+/// rest are edges of shadows.
+pub const BAKED_ROOM: f64 = 0.12;
 /// Relative RMSE of instant radiosity, of the whole picture, against the reference. Where a lamp is in view it is most of what this is
 /// relative to: the room alone is some 8 % off (docs/radiosity.md).
 pub const RADIOSITY: f64 = 0.03;
