@@ -131,3 +131,7 @@ pub const LIT_SMOKE: f32 = 0.15;
 /// The march through one grid against that of any media: positions are rounded differently, which now and then takes the
 /// next entry of a transfer function.
 pub const ONE_GRID: f64 = 1e-4;
+/// Optical depths of balls ten texels of a lamp's map wide, whose profiles are interpolated linearly: second order in a tenth.
+pub const DRAWN: f64 = 0.012;
+/// As [`DRAWN`], of cylinders: their profiles have vertical rims, and their ends, some of which a lamp looks at, are edges.
+pub const DRAWN_STRANDS: f64 = 0.16;
