@@ -193,6 +193,12 @@ fn without_bodies(world: &World, technique: &str) -> Result<(), RenderError> {
     Ok(())
 }
 
+/// As [`without_bodies`], in the name of a technique that has no use for cells alone.
+fn without_meshes(world: &World, technique: &str) -> Result<(), RenderError> {
+    let meshes = world.volumes.iter().filter(|volume| matches!(volume.field, Field::Mesh(_))).cloned().collect();
+    without_bodies(&World { volumes: meshes, scene: world.scene.clone(), ..World::default() }, technique)
+}
+
 /// Refuses surfaces, in the name of a technique whose media do not end at them.
 fn without_surfaces(world: &World, technique: &str) -> Result<(), RenderError> {
     match world.surfaces.first() {

@@ -156,3 +156,10 @@ pub const THIN_BALL: f64 = 2e-3;
 pub const PROBE_FIBRE: f64 = 2e-3;
 /// A fibre over 45 pixels, in four places: a fifth of a pixel at either end, and where it is bent ribbons are cut slantwise.
 pub const FIBRE: f64 = 0.02;
+/// Optical depths of balls ten texels of a lamp's map wide, whose profiles are interpolated linearly: second order in a tenth.
+pub const DRAWN: f64 = 0.012;
+/// As [`DRAWN`], of cylinders: their profiles have vertical rims, and their ends, some of which a lamp looks at, are edges.
+pub const DRAWN_STRANDS: f64 = 0.16;
+/// Deep maps of balls with 256 texels a side, at any depth: interpolated as in [`DRAWN`], of a lamp with half the texels; and the
+/// depths at which balls begin to count are those of their centres, not of the nearest points of rays.
+pub const DEEP: f64 = 0.06;

@@ -14,14 +14,16 @@ static MIP_SINGLE: Shader = shader!("techniques/transmittance/mip_single");
 
 /// Which mip level is to be looked up so that a texel is as wide as the filter that is asked for; 0: none.
 ///
+/// `bent` says that what maps hold is not linear in the extinction.
+///
 /// # Errors
 /// A filter of what is not linear; tiles that cannot be halved so often.
-pub(super) fn level(settings: &Settings, ranges: bool, bias: f32, resolution: u32) -> Result<f32, FieldError> {
+pub(super) fn level(settings: &Settings, bent: bool, resolution: u32) -> Result<f32, FieldError> {
     let radius = settings.number("prefilter");
-    if radius > 0.0 && (ranges || bias > 0.0) {
+    if radius > 0.0 && bent {
         return Err(FieldError {
             path: "techniques.transmittance.prefilter".into(),
-            found: "a filter of what is not linear: ranges of depths for each texel, or moments".into(),
+            found: "a filter of what is not linear: ranges of depths for each texel, moments, or lists".into(),
             accepted: "depths = \"light\" and another basis, or prefilter = 0".into(),
         });
     }
@@ -30,7 +32,7 @@ pub(super) fn level(settings: &Settings, ranges: bool, bias: f32, resolution: u3
     }
     let level = (2.0 * radius + 1.0).log2();
     let multiple = 1 << level.ceil() as u32;
-    if resolution % multiple != 0 {
+    if !resolution.is_multiple_of(multiple) {
         return Err(FieldError {
             path: "techniques.transmittance.resolution".into(),
             found: format!("{resolution} texels a side, with mips for a filter of {radius} texels"),
