@@ -21,6 +21,8 @@
 
 mod coefficients;
 #[cfg(test)]
+mod motion;
+#[cfg(test)]
 mod test;
 
 use tyndall_scene::parameter::{Kind, Parameter, Settings};
