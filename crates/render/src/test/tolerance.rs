@@ -150,3 +150,7 @@ pub const FIBRE: f64 = 0.02;
 pub const POPPING: f64 = 0.02;
 /// As [`POPPING`], the root of the mean square: one pixel in a thousand or so shows such a change.
 pub const POPPING_MEAN: f64 = 0.001;
+/// Optical depths of balls ten texels of a lamp's map wide, whose profiles are interpolated linearly: second order in a tenth.
+pub const DRAWN: f64 = 0.012;
+/// As [`DRAWN`], of cylinders: their profiles have vertical rims, and their ends, some of which a lamp looks at, are edges.
+pub const DRAWN_STRANDS: f64 = 0.16;

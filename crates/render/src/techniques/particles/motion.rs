@@ -9,15 +9,14 @@ use tyndall_scene::particles::{Emission, Particle};
 use tyndall_scene::volume::Budget;
 use tyndall_scene::{Field, World};
 
+use super::test::LAMP;
 use crate::Frame;
 use crate::math::bodies::{ball_passage, ball_profile_before};
 use crate::surfaces::test::{through, view_of};
 use crate::test::{gpu, tolerance, world};
 
-/// Smoke that turns from red to blue, so that it matters which of two balls is before the other. The lamp is so far away that it
-/// lights all alike, 1 W/m²; and surfaces that emit have no maps, so that nothing of it is lost on the way.
+/// Smoke that turns from red to blue, so that it matters which of two balls is before the other, all of it lit alike.
 const SCENE: &str = "camera = { position = [0.3, 1.0, 2.2], target = [0, 0.7, 0], fov = 45 }\nfilm.size = [20, 20]\n\
-    surfaces.lamp = { shape.quad = { corner = [-0.5, 100, -0.5], edges = [[1, 0, 0], [0, 0, 1]] }, radiance = 1e4 }\n\
     techniques.particles = { area_points = 1 }\n[media.smoke]\noptics.coefficients.sigma_s = 1\n\
     density.emitter = { number = 400, lifetime = 3, velocity = [0.1, 0.5, 0], turbulence = 0.4, size = 0.15, radius = 0.08, \
     end_radius = 0.3, opacity = 0.3, end_opacity = 0, color = [1, 0, 0], end_color = [0, 0, 1] }";
@@ -56,7 +55,8 @@ fn integrated(list: &[Particle], eye: DVec3, direction: DVec3) -> DVec3 {
 /// Pictures of so many frames: drawn, and integrated.
 fn pictures(frames: u32, settings: &str) -> Option<Vec<[Vec<DVec3>; 2]>> {
     let gpu = gpu()?;
-    let mut world: World = world(&SCENE.replace("area_points = 1", &format!("area_points = 1, {settings}")));
+    let mut world: World =
+        world(&format!("{LAMP}\n{}", SCENE.replace("area_points = 1", &format!("area_points = 1, {settings}"))));
     let Density::Emitter(emitter) = world.scene.media["smoke"].density.clone() else { panic!("an emitter") };
     let mut emission = Emission::new(&emitter, Budget(1 << 28)).unwrap();
     let view = view_of(&world);
