@@ -46,6 +46,8 @@ impl Role {
             Role::Media if all(|density| density.bodies().is_some()) => Some(&particles::TECHNIQUE),
             Role::Media => Some(&march::TECHNIQUE),
             Role::Surfaces => Some(&direct::TECHNIQUE),
+            // Drawn one by one, bodies cannot march to lights.
+            Role::Shadows if all(|density| density.bodies().is_some()) => Some(&transmittance::TECHNIQUE),
             Role::Shadows => None,
         }
     }
