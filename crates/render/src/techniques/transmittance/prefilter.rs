@@ -30,7 +30,7 @@ pub(super) fn level(settings: &Settings, ranges: bool, bias: f32, resolution: u3
     }
     let level = (2.0 * radius + 1.0).log2();
     let multiple = 1 << level.ceil() as u32;
-    if resolution % multiple != 0 {
+    if !resolution.is_multiple_of(multiple) {
         return Err(FieldError {
             path: "techniques.transmittance.resolution".into(),
             found: format!("{resolution} texels a side, with mips for a filter of {radius} texels"),
