@@ -6,14 +6,14 @@
 //! an error that names pass and binding. Recording makes pipelines and bind groups; executing allocates nothing.
 //!
 //! What a pass runs over is said last: `over_film`, an invocation a pixel; `dispatch`, so many workgroups, once a frame;
-//! `draw`, triangles into a target.
+//! `draw` and `draw_layers`, triangles into a target.
 
 mod bindings;
 mod raster;
 mod shader;
 
 pub use bindings::{BindingError, Bindings, Resource};
-pub use raster::{Draw, Region, Target};
+pub use raster::{Draw, Layers, Region, Target};
 pub(crate) use shader::shader;
 pub use shader::{BindingKind, Reflected, Reflection, Shader};
 
@@ -37,6 +37,19 @@ pub struct Tile {
     pub round: u32,
     /// From 0.
     pub frame: u32,
+}
+
+impl Tile {
+    /// The tiles that make up a film, of at most `side` pixels a side, row by row.
+    pub(crate) fn cover([width, height]: [u32; 2], side: u32, frame: u32) -> impl Iterator<Item = Self> {
+        let rows = (0..height).step_by(side as usize);
+        rows.flat_map(move |y| (0..width).step_by(side as usize).map(move |x| (x, y))).map(move |(x, y)| Self {
+            origin: glam::uvec2(x, y),
+            size: glam::uvec2(side.min(width - x), side.min(height - y)),
+            round: 0,
+            frame,
+        })
+    }
 }
 
 /// A list of passes.
@@ -196,7 +209,7 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
         self
     }
 
-    /// The world: of what `resident/volume.wesl`, `surface.wesl`, `transmittance.wesl` and `sky.wesl` bind and are specialised for, as much as the shader uses.
+    /// The world: of what `resident/volume.wesl`, `surface.wesl`, `bodies.wesl`, `transmittance.wesl` and `sky.wesl` bind and are specialised for, as much as the shader uses.
     pub fn world(mut self, resident: &Resident) -> Self {
         if let Some(source) = resident.expressions.as_ref().and_then(|text| text.splice(&self.shader.source)) {
             self.shader.source = source.into();
@@ -227,7 +240,7 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
                 self = self.constant(name, value);
             }
         }
-        let resources: [(_, Resource); 15] = [
+        let resources: [(_, Resource); 18] = [
             ("volumes", (&resident.volumes).into()),
             ("extras", (&resident.extras).into()),
             ("bricks", (&resident.bricks).into()),
@@ -243,6 +256,9 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             ("texels", (&resident.surfaces.texels).into()),
             ("transmittance_maps", (&resident.transmittance.maps).into()),
             ("transmittances", (&resident.transmittance.texels).into()),
+            ("balls", (&resident.bodies.balls).into()),
+            ("segments", (&resident.bodies.segments).into()),
+            ("bodies", (&resident.bodies.info).into()),
         ];
         for (name, resource) in resources {
             if reflection.bindings.iter().any(|used| used.name == name) {
@@ -335,12 +351,7 @@ fn compute_pipeline(
     shader: &Shader,
     constants: &[(&'static str, f64)],
 ) -> wgpu::ComputePipeline {
-    // What is not as it was linked has a source of its own.
-    let own = match &shader.source {
-        std::borrow::Cow::Borrowed(_) => "",
-        std::borrow::Cow::Owned(source) => source,
-    };
-    let key = format!("{} {constants:?}{own}", shader.name);
+    let key = format!("{} {constants:?}{}", shader.name, shader.own());
     let mut cache = gpu.pipelines.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     let made = cache.entry(key).or_insert_with(|| {
         tracing::debug!(pass, shader = shader.name, ?constants, "compiling a pipeline");

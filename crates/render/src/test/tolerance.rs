@@ -3,6 +3,11 @@
 /// A WGSL function in single precision against its Rust twin in double precision: a few roundings of 2⁻²⁴, relative to
 /// the larger of the value and 1.
 pub const PROBE: f64 = 4e-6;
+/// As [`PROBE`], for bodies with a radius of 0.1 m and more, at most 8 m away: positions on a ray are rounded by 5e-7 m, which
+/// changes q by 2·5e-7/0.1, and the share of the depth by 5/2 as much.
+pub const PROBE_BODIES: f64 = 3e-5;
+/// Colours in 16 bits, times a depth of 2.
+pub const PROBE_PACKED_COLOR: f64 = 1.6e-5;
 /// As [`PROBE`], for AgX: WGSL allows `pow` and `log2` errors of many roundings. A tenth of an 8-bit step.
 pub const PROBE_AGX: f64 = 4e-4;
 /// As [`PROBE`], for expressions: WGSL allows `sin` an error of 2⁻¹¹, drivers stay far below; p is computed twice.
@@ -75,6 +80,13 @@ pub const HIT: f32 = 1e-3;
 /// A closed enclosure of reflectance 0.5 with 256 paths: 1/256 of the light is left out after eight reflections, the rest is noise of
 /// short rays.
 pub const FURNACE: f32 = 0.01;
+/// As [`FURNACE`], of a texel alone: short rays at random.
+pub const BAKED_TEXEL: f32 = 0.1;
+/// Relative RMSE of a light map against the picture of the same virtual lights: interpolation between texels at edges of shadows.
+pub const BAKED: f64 = 0.01;
+/// The same against the reference, without the lamp, 256 paths and 96 texels a side: a picture of as many paths is some 8 % off, the
+/// rest are edges of shadows.
+pub const BAKED_ROOM: f64 = 0.12;
 /// Relative RMSE of instant radiosity, of the whole picture, against the reference. Where a lamp is in view it is most of what this is
 /// relative to: the room alone is some 8 % off (docs/radiosity.md).
 pub const RADIOSITY: f64 = 0.03;
@@ -132,3 +144,17 @@ pub const LIT_SMOKE: f32 = 0.15;
 pub const ONE_GRID: f64 = 1e-4;
 /// Shading by stored gradients, half floats relative to the range of values (2^-11 of each), against six reads.
 pub const STORED_GRADIENTS: f64 = 5e-4;
+/// Balls drawn by their closed form: some ten roundings, and what a rim loses of q where the eye is near.
+pub const BALLS: f64 = 2e-5;
+/// 150 balls, one laid over the other: a rounding each.
+pub const MANY_BALLS: f64 = 1e-4;
+/// Balls up to a surface, whose distance is found in single precision: see [`DISTANCE`].
+pub const CUT_BALLS: f64 = 1e-4;
+/// Two balls of opacity 0.95 without an order, by 7 coefficients: what ringing lets through of the farther one.
+pub const HIDDEN: f64 = 0.06;
+/// A ball of an optical depth of 1e-3: what is lost of its own light, and where in it that is scattered.
+pub const THIN_BALL: f64 = 2e-3;
+/// Gauss' rule of 6 points over a fibre's width, of an optical depth of 4 at most; WGSL allows `asin` an error of 5e-4.
+pub const PROBE_FIBRE: f64 = 2e-3;
+/// A fibre over 45 pixels, in four places: a fifth of a pixel at either end, and where it is bent ribbons are cut slantwise.
+pub const FIBRE: f64 = 0.02;
