@@ -46,6 +46,8 @@ impl Role {
             Role::Media if all(|density| density.bodies().is_some()) => Some(&particles::TECHNIQUE),
             Role::Media => Some(&march::TECHNIQUE),
             Role::Surfaces => Some(&direct::TECHNIQUE),
+            // Drawn one by one, bodies cannot march to lights.
+            Role::Shadows if all(|density| density.bodies().is_some()) => Some(&transmittance::TECHNIQUE),
             Role::Shadows => None,
         }
     }
@@ -191,6 +193,12 @@ fn without_bodies(world: &World, technique: &str) -> Result<(), RenderError> {
         .into());
     }
     Ok(())
+}
+
+/// As [`without_bodies`], in the name of a technique that has no use for cells alone.
+fn without_meshes(world: &World, technique: &str) -> Result<(), RenderError> {
+    let meshes = world.volumes.iter().filter(|volume| matches!(volume.field, Field::Mesh(_))).cloned().collect();
+    without_bodies(&World { volumes: meshes, scene: world.scene.clone(), ..World::default() }, technique)
 }
 
 /// Refuses surfaces, in the name of a technique whose media do not end at them.

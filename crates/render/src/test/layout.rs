@@ -77,6 +77,8 @@ fn shared_structs_have_one_layout() {
     );
     let deposit = "techniques/transmittance/single";
     assert_eq!(rust_layout::<techniques::transmittance::Deposit, _>(), shader_layout(deposit, "Deposit"));
+    let balls = "techniques/transmittance/balls";
+    assert_eq!(rust_layout::<techniques::transmittance::Drawing, _>(), shader_layout(balls, "Drawing"));
     let cells = "techniques/cells/cells";
     assert_eq!(rust_layout::<techniques::cells::Cells, _>(), shader_layout(cells, "Cells"));
     assert_eq!(rust_layout::<techniques::cells::Tetrahedron, _>(), shader_layout(cells, "Tetrahedron"));

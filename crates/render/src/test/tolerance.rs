@@ -158,3 +158,12 @@ pub const THIN_BALL: f64 = 2e-3;
 pub const PROBE_FIBRE: f64 = 2e-3;
 /// A fibre over 45 pixels, in four places: a fifth of a pixel at either end, and where it is bent ribbons are cut slantwise.
 pub const FIBRE: f64 = 0.02;
+/// What a pixel changes from frame to frame beyond what it should, at most, relative to the brightest: balls of opacity 0.3 that
+/// change places show, of red against blue, at most 0.3² of that; where they overlap others are before them, and 0.01 was found.
+pub const POPPING: f64 = 0.02;
+/// As [`POPPING`], the root of the mean square: one pixel in a thousand or so shows such a change.
+pub const POPPING_MEAN: f64 = 0.001;
+/// Optical depths of balls ten texels of a lamp's map wide, whose profiles are interpolated linearly: second order in a tenth.
+pub const DRAWN: f64 = 0.012;
+/// As [`DRAWN`], of cylinders: their profiles have vertical rims, and their ends, some of which a lamp looks at, are edges.
+pub const DRAWN_STRANDS: f64 = 0.16;

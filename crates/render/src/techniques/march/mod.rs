@@ -25,6 +25,7 @@ use tyndall_scene::volume::BRICK_CELLS;
 
 use super::{
     AREA_POINTS, ENVIRONMENT_DIRECTIONS, MODEL, Recording, Role, SAMPLES, TERMINATION, Technique, without_bodies,
+    without_meshes,
 };
 use crate::graph::{Shader, shader};
 use crate::resident::surfaces::emitters;
@@ -169,7 +170,14 @@ pub(crate) async fn record_up_to(
     Recording { graph, resident, settings, film, world, behind, .. }: Recording<'_, '_>,
     reach: Vec2,
 ) -> Result<(), RenderError> {
-    without_bodies(world, TECHNIQUE.name)?;
+    if resident.transmittance.mapped > 0 && !resident.bodies.is_empty() {
+        without_meshes(world, TECHNIQUE.name)?;
+        tracing::warn!(
+            "techniques.march: of particles and strands only shadows are seen, by the maps of transmittance"
+        );
+    } else {
+        without_bodies(world, TECHNIQUE.name)?;
+    }
     let gpu = graph.gpu();
     let model = settings.choice("model");
     let scattering = model == "single_scattering";

@@ -10,8 +10,8 @@
 //! any width leaves the share of light that gets past.
 //!
 //! What arrives of a light is looked up in maps of transmittance (technique `transmittance`, which scenes of bodies have by
-//! default) and multiplied with opaque surfaces' shadows; by default once a body, in its centre (`lit.wesl`). The sort
-//! is done by the device every frame.
+//! default) and multiplied with opaque surfaces' shadows; by default at six points of a ball, from which it goes linearly over its
+//! pixels (`lit.wesl`). The sort is done by the device every frame.
 //!
 //! Unsorted, absorbance goes into Fourier's coefficients of each camera ray [Jansen10], as that of light rays does, and a body's
 //! light is weighted by the transmittance up to its middle and added up; the sum is scaled so that the opacity of the whole is
@@ -20,6 +20,8 @@
 //! Not in the model: light scattered more than once, an extinction that differs among channels, and media that are not bodies.
 
 mod coefficients;
+#[cfg(test)]
+mod motion;
 #[cfg(test)]
 mod test;
 
@@ -55,7 +57,7 @@ pub const TECHNIQUE: Technique = Technique {
         },
         Parameter {
             name: "lighting",
-            help: "Light each body in its middle, or each of its pixels",
+            help: "Light each body as a whole, linearly over a ball, or each of its pixels",
             unit: "",
             kind: Kind::Choice(&["body", "pixel"]),
         },
@@ -88,7 +90,9 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
     let gpu = graph.gpu();
     let resident = &*resident;
     let count = resident.bodies.ball_count + resident.bodies.segment_count;
-    let most = Order::most(gpu);
+    let limits = gpu.device.limits();
+    let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    let most = Order::most(gpu).min((bytes / 64) as u32);
     if count > most {
         return Err(RenderError::Limit {
             what: "media".into(),
@@ -109,7 +113,7 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
     lights.extend(lights.is_empty().then(|| Light::directional(glam::Vec3::X, glam::Vec3::ZERO)));
     let lights = gpu.buffer("lights", &Lights { lights });
     let shadows = Shadows::record(graph, resident, &resident.view, &lights, casts, &options).await?;
-    let shared = Shared { resident, lit: gpu.scratch("lit", u64::from(count.max(1)) * 16), behind };
+    let shared = Shared { resident, lit: gpu.scratch("lit", lit_bytes(resident)), behind };
     let order = Order::new(gpu, count);
     graph
         .compute("lit", &LIT)
@@ -225,9 +229,15 @@ fn check(world: &World, settings: &Settings) -> Result<(), RenderError> {
     Ok(())
 }
 
+/// Bytes of what bodies send: a vector for each, and three more for each ball; at least one.
+fn lit_bytes(resident: &Resident) -> u64 {
+    16 * (4 * u64::from(resident.bodies.ball_count) + u64::from(resident.bodies.segment_count)).max(1)
+}
+
 /// Refuses more lights than the device has loop iterations for.
 fn within_iterations(gpu: &Gpu, resident: &Resident, lights: u32) -> Result<(), RenderError> {
-    let per_light = 1 + resident.transmittance.iterations() + shadows::ITERATIONS;
+    // At six points of a ball.
+    let per_light = 6 * (1 + resident.transmittance.iterations() + shadows::ITERATIONS);
     let most = u64::from(gpu.iterations()) / per_light;
     if u64::from(lights) <= most {
         return Ok(());

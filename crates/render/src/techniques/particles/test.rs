@@ -145,6 +145,10 @@ fn planes_cut_balls() {
     }
 }
 
+/// A lamp of 1 W/m², so far away that it lights all alike; surfaces that emit have no maps, so that nothing is lost on the way.
+pub const LAMP: &str =
+    "surfaces.lamp = { shape.quad = { corner = [-0.5, 100, -0.5], edges = [[1, 0, 0], [0, 0, 1]] }, radiance = 1e4 }";
+
 /// The nearer hides the farther, from either side; and without a sort nearly as much.
 #[test]
 fn the_nearer_hides_the_farther() {
@@ -157,7 +161,7 @@ fn the_nearer_hides_the_farther() {
         for (z, near, far) in [(5, 1, 0), (-5, 0, 1)] {
             let text = format!(
                 "camera = {{ position = [0, 0, {z}], target = [0, 0, 0], fov = 0.01 }}\nfilm.size = [2, 2]\n\
-                 lights.lamp.directional = {{ direction = [0, -1, 0], irradiance = 1 }}\ntechniques.particles = {{ {order} }}"
+                 {LAMP}\ntechniques.particles = {{ area_points = 1, {order} }}"
             );
             let pixel = picture(&gpu, &of_balls(&text, "sigma_s = 1", list.clone())).pixels[0];
             let alpha = 1.0 - (-3f64).exp();

@@ -12,6 +12,9 @@
 //! Passes, once a frame: `transmittance.bounds`, a workgroup a light; `transmittance.deposit`, an invocation a texel;
 //! `transmittance.filter`, twice, or `transmittance.mip`, once a level, where the maps are filtered.
 
+#[cfg(test)]
+mod bodies_test;
+mod draw;
 mod prefilter;
 #[cfg(test)]
 mod test;
@@ -19,7 +22,10 @@ mod test;
 use tyndall_scene::parameter::{Kind, Parameter, Settings};
 use tyndall_scene::{FieldError, World};
 
-use super::{Recording, Role, Technique, chosen, without_bodies};
+#[cfg(test)]
+pub(crate) use draw::Drawing;
+
+use super::{Recording, Role, Technique, chosen, without_meshes};
 use crate::graph::{Shader, shader};
 use crate::resident::{Lights, Resident, Stride, Transmittance, environment};
 use crate::{Gpu, RenderError};
@@ -109,10 +115,11 @@ static SINGLE: Shader = shader!("techniques/transmittance/single");
 pub(crate) struct Deposit {
     stride: Stride,
     deepest: f32,
+    light: u32,
 }
 
 async fn record(Recording { graph, resident, settings, world, .. }: Recording<'_, '_>) -> Result<(), RenderError> {
-    without_bodies(world, TECHNIQUE.name)?;
+    without_meshes(world, TECHNIQUE.name)?;
     let gpu = graph.gpu();
     let asked = directions(world)?;
     let directions = environment::lights(resident, asked);
@@ -125,29 +132,41 @@ async fn record(Recording { graph, resident, settings, world, .. }: Recording<'_
     within_iterations(gpu, resident, light_step)?;
     let mut made = textures(gpu, resident, settings, mapped).await?;
     made.directions = if directions.is_empty() { 0 } else { asked };
-    let lights = gpu.buffer("lights", &Lights { lights });
-    let least = Stride::least(&resident.traits);
-    let stride = Stride { step: light_step, least, offset: 0.5, tolerance: 0.0, skip: 1, lit: 0 };
-    let deposit = gpu.buffer("deposit", &Deposit { stride, deepest: settings.number("deepest") });
+    resident.transmittance = made.clone();
+    let buffer = gpu.buffer("lights", &Lights { lights: lights.clone() });
     graph
         .compute("transmittance.bounds", &BOUNDS)
         .world(resident)
-        .read("lights", &lights)
+        .read("lights", &buffer)
         .write("written", &made.maps)
         .dispatch([mapped, 1, 1], 1)
         .await?;
-    resident.transmittance = made.clone();
     let window = ["off", "fejer", "lanczos"].iter().position(|&name| name == settings.choice("window"));
-    let shader = if made.texels.format() == wgpu::TextureFormat::Rgba16Float { &HALF } else { &SINGLE };
+    let single = made.texels.format() == wgpu::TextureFormat::Rgba32Float;
     let groups = made.resolution.div_ceil(8);
-    graph
-        .compute("transmittance.deposit", shader)
-        .constant("WINDOW", window.unwrap_or(0) as u32)
-        .world(resident)
-        .read("deposit", &deposit)
-        .write("written", (&made.texels, 0))
-        .dispatch([groups, groups, mapped], 1)
-        .await?;
+    let least = Stride::least(&resident.traits);
+    let stride = Stride { step: light_step, least, offset: 0.5, tolerance: 0.0, skip: 1, lit: 0 };
+    let bodies = !resident.bodies.is_empty();
+    let drawn = draw::texture(gpu, resident, single).await?;
+    // Bodies are drawn for one light after the other, without them all lights are alike.
+    let at_once = if bodies { 1 } else { mapped };
+    for first in (0..mapped).step_by(at_once as usize) {
+        if bodies {
+            draw::record(graph, resident, &lights[first as usize], first, &drawn).await?;
+        }
+        let deposit = Deposit { stride, deepest: settings.number("deepest"), light: first };
+        let deposit = gpu.buffer("deposit", &deposit);
+        graph
+            .compute("transmittance.deposit", if single { &SINGLE } else { &HALF })
+            .constant("WINDOW", window.unwrap_or(0) as u32)
+            .constant("DRAWN", bodies)
+            .world(resident)
+            .read("deposit", &deposit)
+            .read("drawn", &drawn)
+            .write("written", (&made.texels, 0))
+            .dispatch([groups, groups, at_once], 1)
+            .await?;
+    }
     prefilter::record(graph, resident, settings).await
 }
 
@@ -172,7 +191,8 @@ async fn textures(
     let (count, bias) = numbers(basis, given);
     // Constants with pairs behind them begin at the second number of the first set.
     let sets = (count + u32::from(["fourier", "trigonometric"].contains(&BASES[basis as usize]))).div_ceil(4);
-    let ranges = settings.choice("depths") == "texel";
+    // What is drawn in any order says nowhere how far light gets.
+    let ranges = settings.choice("depths") == "texel" && resident.bodies.is_empty();
     let channels = if resident.traits.grey { 1 } else { 3 };
     let resolution = settings.number("resolution") as u32;
     let limit = gpu.device.limits().max_texture_dimension_2d;
