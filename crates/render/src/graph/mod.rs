@@ -240,7 +240,7 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
                 self = self.constant(name, value);
             }
         }
-        let resources: [(_, Resource); 18] = [
+        let resources: [(_, Resource); 19] = [
             ("volumes", (&resident.volumes).into()),
             ("extras", (&resident.extras).into()),
             ("bricks", (&resident.bricks).into()),
@@ -256,6 +256,7 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             ("texels", (&resident.surfaces.texels).into()),
             ("transmittance_maps", (&resident.transmittance.maps).into()),
             ("transmittances", (&resident.transmittance.texels).into()),
+            ("transmittance_events", (&resident.transmittance.events).into()),
             ("balls", (&resident.bodies.balls).into()),
             ("segments", (&resident.bodies.segments).into()),
             ("bodies", (&resident.bodies.info).into()),

@@ -167,3 +167,6 @@ pub const POPPING_MEAN: f64 = 0.001;
 pub const DRAWN: f64 = 0.012;
 /// As [`DRAWN`], of cylinders: their profiles have vertical rims, and their ends, some of which a lamp looks at, are edges.
 pub const DRAWN_STRANDS: f64 = 0.16;
+/// Deep maps of balls with 256 texels a side, at any depth: interpolated as in [`DRAWN`], of a lamp with half the texels; and the
+/// depths at which balls begin to count are those of their centres, not of the nearest points of rays.
+pub const DEEP: f64 = 0.06;

@@ -108,6 +108,15 @@ fn events(fields: &[Field], origin: DVec3, direction: DVec3) -> Vec<(f64, f64)> 
 const SUN: &str = "lights.a.directional = { direction = [1, -2, 0.5], irradiance = 3 }";
 const SUN_WAY: DVec3 = DVec3::new(1.0, -2.0, 0.5);
 
+const LAMP: &str = "lights.a.point = { position = [-1.4, 1.7, 1.6], intensity = 3 }";
+const LAMP_PLACE: DVec3 = DVec3::new(-1.4, 1.7, 1.6);
+
+/// The ray of light through a point: of a light at a place, or of the sun.
+fn way(place: Option<DVec3>, through: DVec3) -> (DVec3, DVec3) {
+    let way = place.map_or(SUN_WAY, |place| through - place).normalize();
+    (place.unwrap_or(through - 5.0 * way), way)
+}
+
 /// Behind all bodies, T = Π(1 − α) for any number of coefficients, from every light: a lamp among them sees them over all edges
 /// of its octahedron.
 #[test]
@@ -120,20 +129,14 @@ fn all_that_bodies_take_is_taken() {
             "lights.a.spot = { position = [2, 1.9, 1.3], direction = [-1, -1, -0.6], intensity = 3, inner_angle = 30, outer_angle = 70 }",
             Some(DVec3::new(2.0, 1.9, 1.3)),
         ),
-        ("lights.a.point = { position = [-1.4, 1.7, 1.6], intensity = 3 }", Some(DVec3::new(-1.4, 1.7, 1.6))),
+        (LAMP, Some(LAMP_PLACE)),
         ("lights.a.point = { position = [2.2, 0.05, -0.1], intensity = 3 }", Some(DVec3::new(2.2, 0.05, -0.1))),
         ("lights.a.point = { position = [-0.03, 0.02, -2.3], intensity = 3 }", Some(DVec3::new(-0.03, 0.02, -2.3))),
     ] {
         for bodies in [&fields[..1], &fields[1..], &fields] {
             let world = scene(light, "coefficients = 3\nresolution = 512", bodies);
             // Where rays through the bodies' cube leave them all behind.
-            let rays: Vec<(DVec3, DVec3)> = (0..640)
-                .map(|i| {
-                    let through = 0.9 * point(i + 7).as_dvec3();
-                    let way = place.map_or(SUN_WAY, |place| through - place).normalize();
-                    (place.unwrap_or(through - 5.0 * way), way)
-                })
-                .collect();
+            let rays: Vec<(DVec3, DVec3)> = (0..640).map(|i| way(place, 0.9 * point(i + 7).as_dvec3())).collect();
             let positions: Vec<_> = rays.iter().map(|(origin, way)| (*origin + 9.0 * *way).as_vec3()).collect();
             let (mut squares, mut all) = (0.0, 0.0);
             for ((origin, way), found) in rays.iter().zip(looked_up(&gpu, &world, &positions)) {
@@ -148,6 +151,40 @@ fn all_that_bodies_take_is_taken() {
                 tolerance::DRAWN_STRANDS
             };
             assert!(error < most, "{error} with {light}");
+        }
+    }
+}
+
+/// A deep map is the exact product: at any depth, from every light, what lies before a position counts, and nothing else.
+#[test]
+fn deep_maps_are_exact() {
+    let Some(gpu) = gpu() else { return };
+    let fields = [Field::Particles(Arc::new(Particles::new(balls(40)).unwrap())), Field::Strands(Arc::new(strands()))];
+    for (light, place) in [(SUN, None), (LAMP, Some(LAMP_PLACE))] {
+        let world = scene(light, "basis = \"deep\"\nresolution = 256", &fields[..1]);
+        let rays: Vec<(DVec3, DVec3)> = (0..640).map(|i| way(place, 0.9 * point(i + 7).as_dvec3())).collect();
+        let distances: Vec<f64> = (0..640).map(|i| 1.5 + 5.0 * f64::from(spread(i, 5))).collect();
+        let positions: Vec<_> = rays
+            .iter()
+            .zip(&distances)
+            .map(|((origin, way), distance)| (*origin + *distance * *way).as_vec3())
+            .collect();
+        let (mut squares, mut all) = (0.0, 0.0);
+        for ((ray, at), found) in rays.iter().zip(&distances).zip(looked_up(&gpu, &world, &positions)) {
+            let before = |event: &&(f64, f64)| event.0 <= *at;
+            let expected: f64 = events(&fields[..1], ray.0, ray.1).iter().filter(before).map(|event| event.1).sum();
+            squares += (f64::from(found.x) - expected).powi(2);
+            all += expected * expected;
+        }
+        let error = (squares / all).sqrt();
+        println!("{error}");
+        assert!(error < tolerance::DEEP, "{error} with {light}");
+        // And as drawn, behind all: also in channels.
+        let far: Vec<_> = rays.iter().map(|(origin, way)| (*origin + 9.0 * *way).as_vec3()).collect();
+        let deep = looked_up(&gpu, &scene(light, "basis = \"deep\"\nresolution = 128", &fields), &far);
+        let drawn = looked_up(&gpu, &scene(light, "coefficients = 5\nresolution = 128", &fields), &far);
+        for (deep, drawn) in deep.iter().zip(drawn) {
+            assert!((deep.x - drawn.x).abs() < 1e-4 * (1.0 + drawn.x), "{deep} for {drawn}");
         }
     }
 }

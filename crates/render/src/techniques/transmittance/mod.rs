@@ -14,6 +14,7 @@
 
 #[cfg(test)]
 mod bodies_test;
+mod deep;
 mod draw;
 mod prefilter;
 #[cfg(test)]
@@ -23,10 +24,13 @@ use tyndall_scene::parameter::{Kind, Parameter, Settings};
 use tyndall_scene::{FieldError, World};
 
 #[cfg(test)]
+pub(crate) use deep::LIST;
+#[cfg(test)]
 pub(crate) use draw::Drawing;
 
 use super::{Recording, Role, Technique, chosen, without_meshes};
-use crate::graph::{Shader, shader};
+use crate::graph::{Graph, Shader, shader};
+use crate::resident::transmittance::DEEP;
 use crate::resident::{Lights, Resident, Stride, Transmittance, environment};
 use crate::{Gpu, RenderError};
 
@@ -101,7 +105,7 @@ pub const TECHNIQUE: Technique = Technique {
 };
 
 /// The bases, as `math/transmittance/basis.wesl` numbers them.
-const BASES: [&str; 7] = ["fourier", "slices", "haar", "cosine", "legendre", "moments", "trigonometric"];
+const BASES: [&str; 8] = ["fourier", "slices", "haar", "cosine", "legendre", "moments", "trigonometric", "deep"];
 
 /// Room for eight sets of four.
 const MOST_COEFFICIENTS: u32 = 31;
@@ -134,18 +138,25 @@ async fn record(Recording { graph, resident, settings, world, .. }: Recording<'_
     made.directions = if directions.is_empty() { 0 } else { asked };
     resident.transmittance = made.clone();
     let buffer = gpu.buffer("lights", &Lights { lights: lights.clone() });
-    graph
-        .compute("transmittance.bounds", &BOUNDS)
-        .world(resident)
-        .read("lights", &buffer)
-        .write("written", &made.maps)
-        .dispatch([mapped, 1, 1], 1)
-        .await?;
+    let bounds = async |graph: &mut Graph<'_>, resident: &Resident| {
+        graph
+            .compute("transmittance.bounds", &BOUNDS)
+            .world(resident)
+            .read("lights", &buffer)
+            .write("written", &resident.transmittance.maps)
+            .dispatch([mapped, 1, 1], 1)
+            .await
+    };
+    bounds(graph, resident).await?;
+    let least = Stride::least(&resident.traits);
+    let stride = Stride { step: light_step, least, offset: 0.5, tolerance: 0.0, skip: 1, lit: 0 };
+    let mut deposit = Deposit { stride, deepest: settings.number("deepest"), light: 0 };
+    if made.basis == DEEP {
+        return deep::record(graph, resident, settings, deposit, bounds).await;
+    }
     let window = ["off", "fejer", "lanczos"].iter().position(|&name| name == settings.choice("window"));
     let single = made.texels.format() == wgpu::TextureFormat::Rgba32Float;
     let groups = made.resolution.div_ceil(8);
-    let least = Stride::least(&resident.traits);
-    let stride = Stride { step: light_step, least, offset: 0.5, tolerance: 0.0, skip: 1, lit: 0 };
     let bodies = !resident.bodies.is_empty();
     let drawn = draw::texture(gpu, resident, single).await?;
     // Bodies are drawn for one light after the other, without them all lights are alike.
@@ -154,7 +165,7 @@ async fn record(Recording { graph, resident, settings, world, .. }: Recording<'_
         if bodies {
             draw::record(graph, resident, &lights[first as usize], first, &drawn).await?;
         }
-        let deposit = Deposit { stride, deepest: settings.number("deepest"), light: first };
+        deposit.light = first;
         let deposit = gpu.buffer("deposit", &deposit);
         graph
             .compute("transmittance.deposit", if single { &SINGLE } else { &HALF })
@@ -186,13 +197,15 @@ async fn textures(
     settings: &Settings,
     mapped: u32,
 ) -> Result<Transmittance, RenderError> {
-    let basis = BASES.iter().position(|&name| name == settings.choice("basis")).unwrap_or(0) as u32;
+    let name = settings.choice("basis");
+    let deep = name == "deep";
+    let basis = if deep { DEEP } else { BASES.iter().position(|&basis| basis == name).unwrap_or(0) as u32 };
     let given = settings.number("coefficients") as u32;
-    let (count, bias) = numbers(basis, given);
+    let (count, bias) = numbers(name, given);
     // Constants with pairs behind them begin at the second number of the first set.
-    let sets = (count + u32::from(["fourier", "trigonometric"].contains(&BASES[basis as usize]))).div_ceil(4);
+    let sets = (count + u32::from(["fourier", "trigonometric"].contains(&name))).div_ceil(4);
     // What is drawn in any order says nowhere how far light gets.
-    let ranges = settings.choice("depths") == "texel" && resident.bodies.is_empty();
+    let ranges = settings.choice("depths") == "texel" && resident.bodies.is_empty() && !deep;
     let channels = if resident.traits.grey { 1 } else { 3 };
     let resolution = settings.number("resolution") as u32;
     let limit = gpu.device.limits().max_texture_dimension_2d;
@@ -209,9 +222,17 @@ async fn textures(
         });
     }
     let filterable = gpu.device.features().contains(wgpu::Features::FLOAT32_FILTERABLE);
-    let single = settings.choice("precision") == "single" && filterable;
+    let single = (settings.choice("precision") == "single" || deep) && filterable;
     if settings.choice("precision") == "single" && !filterable {
         tracing::debug!("this device does not interpolate 32-bit floats: transmittance has 16 bits");
+    }
+    if deep && !single {
+        return Err(FieldError {
+            path: "techniques.transmittance.basis".into(),
+            found: "deep maps on a device that does not interpolate 32-bit floats".into(),
+            accepted: "another basis".into(),
+        }
+        .into());
     }
     if bias > 0.0 && !single {
         return Err(FieldError {
@@ -221,7 +242,7 @@ async fn textures(
         }
         .into());
     }
-    let level = prefilter::level(settings, ranges, bias, resolution)?;
+    let level = prefilter::level(settings, !ranges && bias == 0.0 && !deep, resolution)?;
     let format = if single { wgpu::TextureFormat::Rgba32Float } else { wgpu::TextureFormat::Rgba16Float };
     Ok(Transmittance {
         maps: gpu
@@ -248,6 +269,7 @@ async fn textures(
                 view_formats: &[],
             })
             .await?,
+        events: resident.transmittance.events.clone(),
         mapped,
         parallel: resident.lights.iter().all(|light| light.local == 0),
         directions: 0,
@@ -263,8 +285,10 @@ async fn textures(
 }
 
 /// How many numbers a basis has for so many asked for, and the bias of moments.
-fn numbers(basis: u32, given: u32) -> (u32, f32) {
-    match BASES[basis as usize] {
+fn numbers(basis: &str, given: u32) -> (u32, f32) {
+    match basis {
+        // Where a list is, and how long.
+        "deep" => (4, 0.0),
         // A constant and pairs.
         "fourier" => (2 * (given / 2) + 1, 0.0),
         // Twice as many moments as layers, and the zeroth. The bias is for 32-bit floats [Munstermann18].

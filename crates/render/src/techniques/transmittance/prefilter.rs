@@ -16,12 +16,12 @@ static MIP_SINGLE: Shader = shader!("techniques/transmittance/mip_single");
 ///
 /// # Errors
 /// A filter of what is not linear; tiles that cannot be halved so often.
-pub(super) fn level(settings: &Settings, ranges: bool, bias: f32, resolution: u32) -> Result<f32, FieldError> {
+pub(super) fn level(settings: &Settings, linear: bool, resolution: u32) -> Result<f32, FieldError> {
     let radius = settings.number("prefilter");
-    if radius > 0.0 && (ranges || bias > 0.0) {
+    if radius > 0.0 && !linear {
         return Err(FieldError {
             path: "techniques.transmittance.prefilter".into(),
-            found: "a filter of what is not linear: ranges of depths for each texel, or moments".into(),
+            found: "a filter of what is not linear: ranges of depths for each texel, moments, or lists".into(),
             accepted: "depths = \"light\" and another basis, or prefilter = 0".into(),
         });
     }
