@@ -96,7 +96,7 @@ impl Transmittance {
         }
     }
 
-    /// Bytes of the numbers of all maps, their mip levels among them, and of the events.
+    /// Bytes of the numbers, and of the events, of all maps, their mip levels among them.
     pub fn bytes(&self) -> u64 {
         let events =
             if self.basis == DEEP { 16 * u64::from(self.events.width()) * u64::from(self.events.height()) } else { 0 };

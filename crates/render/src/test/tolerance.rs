@@ -125,6 +125,8 @@ pub const MAPPED: f64 = 2e-4;
 pub const MAPPED_BALL: f64 = 0.02;
 /// As [`MAPPED_BALL`], of a lamp within it: the extinction begins at the lamp, with a step that rings.
 pub const MAPPED_WITHIN: f64 = 0.03;
+/// Places in a map that are found once a ray, against such as are found at every sample: roundings of distances.
+pub const MAPPED_ALONG: f64 = 1e-4;
 /// As [`MAPPED_BALL`], with nine sums of moments: they bound the part of the optical depth, so that a tenth of it is e^{−0.6} of light.
 pub const MAPPED_MOMENTS: f64 = 0.3;
 /// The plume with maps of 7 coefficients of Fourier's series against the inner march, whose own error is 0.8 %.

@@ -241,7 +241,15 @@ pub(crate) async fn record_up_to(
     let side = u64::from(gpu.tile_side());
     let back_to_front = settings.choice("order") == "back_to_front";
     let preintegrated = settings.choice("preintegration") == "on";
-    let plain = !scattering && !preintegrated && !back_to_front && stride.tolerance == 0.0 && reach == BEYOND;
+    // As many as along.wesl has room for.
+    let along = scattering
+        && !marched
+        && (1..=32).contains(&lights.len())
+        && resident.transmittance.parallel
+        && scattered.octaves == 0
+        && casts.is_empty();
+    let plain =
+        (!scattering || along) && !preintegrated && !back_to_front && stride.tolerance == 0.0 && reach == BEYOND;
     let paths = gpu.scratch("paths", if rounds > 1 { (side + 2) * (side + 2) * PATH_BYTES } else { PATH_BYTES });
     let sums = gpu.scratch("sums", if mean { width * height * 16 } else { 16 });
     let noise = blue_noise::texture(gpu, jitter).await?;
@@ -256,6 +264,7 @@ pub(crate) async fn record_up_to(
         .constant("PREINTEGRATED", preintegrated)
         .constant("BACK_TO_FRONT", back_to_front)
         .constant("ONE_GRID", plain && traits.one_grid())
+        .constant("ALONG", along && plain && traits.one_grid())
         .constant("SUNS", suns > 0)
         .constant("MARCHED", marched)
         .constant("LIGHTS", scattered.lights)

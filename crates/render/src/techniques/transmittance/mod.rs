@@ -199,7 +199,7 @@ async fn textures(
 ) -> Result<Transmittance, RenderError> {
     let name = settings.choice("basis");
     let deep = name == "deep";
-    let basis = BASES.iter().position(|&basis| basis == name).unwrap_or(0) as u32;
+    let basis = if deep { DEEP } else { BASES.iter().position(|&basis| basis == name).unwrap_or(0) as u32 };
     let given = settings.number("coefficients") as u32;
     let (count, bias) = numbers(name, given);
     // Constants with pairs behind them begin at the second number of the first set.
@@ -242,7 +242,7 @@ async fn textures(
         }
         .into());
     }
-    let level = prefilter::level(settings, ranges || deep || bias > 0.0, resolution)?;
+    let level = prefilter::level(settings, !ranges && bias == 0.0 && !deep, resolution)?;
     let format = if single { wgpu::TextureFormat::Rgba32Float } else { wgpu::TextureFormat::Rgba16Float };
     Ok(Transmittance {
         maps: gpu

@@ -14,13 +14,11 @@ static MIP_SINGLE: Shader = shader!("techniques/transmittance/mip_single");
 
 /// Which mip level is to be looked up so that a texel is as wide as the filter that is asked for; 0: none.
 ///
-/// `bent` says that what maps hold is not linear in the extinction.
-///
 /// # Errors
 /// A filter of what is not linear; tiles that cannot be halved so often.
-pub(super) fn level(settings: &Settings, bent: bool, resolution: u32) -> Result<f32, FieldError> {
+pub(super) fn level(settings: &Settings, linear: bool, resolution: u32) -> Result<f32, FieldError> {
     let radius = settings.number("prefilter");
-    if radius > 0.0 && bent {
+    if radius > 0.0 && !linear {
         return Err(FieldError {
             path: "techniques.transmittance.prefilter".into(),
             found: "a filter of what is not linear: ranges of depths for each texel, moments, or lists".into(),

@@ -112,6 +112,26 @@ fn the_plume_looks_as_marched() {
     assert!(slices > 1.15 * seven, "{slices} with slices, {seven} with as many coefficients");
 }
 
+/// The march through one grid finds once a ray what the one through any media finds at every sample, which a tolerance too small to
+/// take two steps together asks for: of one sun, of lights of colours, and of a sky.
+#[test]
+fn what_is_found_once_a_ray_is_the_same() {
+    let Some(gpu) = gpu() else { return };
+    let blue = "[lights.blue.directional]\ndirection = [-1, 0, 0.3]\nirradiance = [0, 1, 9]\n";
+    let sky = "[lights.sky]\nconstant.radiance = [1, 2, 3]\n";
+    for lights in ["", blue, sky] {
+        let with = |tolerance: f64| {
+            let settings = format!(
+                "{lights}[techniques.march]\nenvironment_directions = 5\ntolerance = {tolerance}\n\
+                 [techniques.transmittance]\nresolution = 32\n"
+            );
+            picture(&gpu, &world_of(&format!("{}\n{settings}", PLUME.replace("[640, 480]", "[48, 36]")), &shipped()))
+        };
+        let off = error(&with(0.0), &with(1e-9));
+        assert!(off < tolerance::MAPPED_ALONG, "{off} with {lights:?}");
+    }
+}
+
 /// Moments know a thick ball far less well than harmonics do.
 #[test]
 fn moments_are_looked_up() {
