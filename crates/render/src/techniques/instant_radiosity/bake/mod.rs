@@ -160,6 +160,8 @@ async fn gathered(
         .compute("bake", &BAKE)
         .constant("NODES", walk.geometry.bvh.nodes())
         .constant("VISITS", most_visits(gpu, &walk.geometry))
+        .constant("LOBES", walk.geometry.any(|bsdf| matches!(bsdf, Bsdf::MetallicRoughness { .. })))
+        .constant("IMAGES", walk.geometry.any(|bsdf| matches!(bsdf, Bsdf::Mirror { .. })))
         .world(&resident)
         .read("view", &resident.view)
         .read("tile", &tile)
