@@ -131,7 +131,8 @@ impl<'a> Frame<'a> {
     }
 
     /// Shows media as `world` has them now: what they do to light (see [`World::set_optics`]), where they are and where they
-    /// are cut, and how techniques are set. The next rendering shows it, on the same film, as a new frame would; whatever
+    /// are cut, other particles and strands (see [`Volume::set_bodies`](tyndall_scene::Volume::set_bodies)), and how techniques are
+    /// set. The next rendering shows it, on the same film, as a new frame would; whatever
     /// the change, from coefficients to a transfer function among them. No voxel is uploaded: tables and the bounds of bricks
     /// are made anew and the passes recorded again, and pipelines that were needed before are there. The camera, lights,
     /// surfaces and the film's size stay as they are. The textures of [`gbuffer`](Self::gbuffer) are others afterwards.
@@ -144,6 +145,7 @@ impl<'a> Frame<'a> {
         let techniques = chosen(&world.scene)?;
         let mut resident = self.resident.with_media(gpu, world).await?;
         let (graph, gbuffer) = Self::passes(gpu, world, &techniques, &mut resident, &self.film).await?;
+        resident.upload_bodies(gpu, world);
         (self.resident, self.graph, self.gbuffer, self.frames) = (resident, graph, gbuffer, 0);
         Ok(())
     }

@@ -35,6 +35,8 @@ pub struct Gpu {
     /// What the device runs on.
     pub adapter: wgpu::AdapterInfo,
     pub(crate) pipelines: Arc<Mutex<HashMap<String, wgpu::ComputePipeline>>>,
+    /// The pipelines of passes that draw.
+    pub(crate) drawings: Arc<Mutex<HashMap<String, wgpu::RenderPipeline>>>,
     iterations: u32,
     trouble: Arc<OnceLock<Trouble>>,
 }
@@ -114,7 +116,15 @@ impl Gpu {
     pub fn from_device(device: wgpu::Device, queue: wgpu::Queue) -> Self {
         let adapter = device.adapter_info();
         let iterations = if adapter.device_type == wgpu::DeviceType::Cpu { 60_000 } else { 1_000_000 };
-        Self { device, queue, adapter, pipelines: Arc::default(), iterations, trouble: Arc::default() }
+        Self {
+            device,
+            queue,
+            adapter,
+            pipelines: Arc::default(),
+            drawings: Arc::default(),
+            iterations,
+            trouble: Arc::default(),
+        }
     }
 
     /// The adapter and its driver, in one line.
@@ -193,13 +203,25 @@ impl Gpu {
     pub(crate) async fn texture_2d(
         &self,
         label: &str,
+        size: [u32; 2],
+        format: wgpu::TextureFormat,
+        usage: wgpu::TextureUsages,
+    ) -> Result<wgpu::Texture, RenderError> {
+        self.texture_layers(label, size, 1, format, usage).await
+    }
+
+    /// The same of so many layers.
+    pub(crate) async fn texture_layers(
+        &self,
+        label: &str,
         [width, height]: [u32; 2],
+        layers: u32,
         format: wgpu::TextureFormat,
         usage: wgpu::TextureUsages,
     ) -> Result<wgpu::Texture, RenderError> {
         self.texture(&wgpu::TextureDescriptor {
             label: Some(label),
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: layers },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,

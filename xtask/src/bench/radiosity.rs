@@ -191,7 +191,8 @@ impl Bench {
             let (mut own, mut wall, mut other) = (Vec::new(), Vec::new(), Vec::new());
             for round in 0..self.rounds {
                 let cost = self.cost(&scene, SIDE, of, 1)?;
-                (own.push(cost.cpu), wall.push(cost.wall));
+                own.push(cost.cpu);
+                wall.push(cost.wall);
                 // Two batches, as one has no variance.
                 other.push(self.mitsuba("turn", 2, TURN / 2, round)?);
             }

@@ -10,6 +10,8 @@ pub enum Resource<'r> {
     Buffer(&'r wgpu::Buffer),
     /// A texture, bound whole.
     Texture(&'r wgpu::Texture),
+    /// One mip level of a texture.
+    Level(&'r wgpu::Texture, u32),
     /// A sampler.
     Sampler(&'r wgpu::Sampler),
 }
@@ -23,6 +25,12 @@ impl<'r> From<&'r wgpu::Buffer> for Resource<'r> {
 impl<'r> From<&'r wgpu::Texture> for Resource<'r> {
     fn from(texture: &'r wgpu::Texture) -> Self {
         Resource::Texture(texture)
+    }
+}
+
+impl<'r> From<(&'r wgpu::Texture, u32)> for Resource<'r> {
+    fn from((texture, level): (&'r wgpu::Texture, u32)) -> Self {
+        Resource::Level(texture, level)
     }
 }
 
@@ -111,7 +119,7 @@ enum Access {
 #[derive(Debug)]
 enum Handle {
     Buffer(wgpu::Buffer),
-    Texture(wgpu::TextureView, wgpu::TextureDimension),
+    Texture(wgpu::TextureView, wgpu::TextureViewDimension),
     Sampler(wgpu::Sampler),
 }
 
@@ -180,23 +188,36 @@ impl Handle {
     fn new(resource: Resource) -> Self {
         match resource {
             Resource::Buffer(buffer) => Handle::Buffer(buffer.clone()),
-            Resource::Texture(texture) => {
-                Handle::Texture(texture.create_view(&Default::default()), texture.dimension())
+            Resource::Texture(texture) => Handle::Texture(texture.create_view(&Default::default()), dimension(texture)),
+            Resource::Level(texture, level) => {
+                let view = wgpu::TextureViewDescriptor {
+                    base_mip_level: level,
+                    mip_level_count: Some(1),
+                    ..Default::default()
+                };
+                Handle::Texture(texture.create_view(&view), dimension(texture))
             }
             Resource::Sampler(sampler) => Handle::Sampler(sampler.clone()),
         }
     }
 }
 
+/// How a texture is bound whole.
+fn dimension(texture: &wgpu::Texture) -> wgpu::TextureViewDimension {
+    match (texture.dimension(), texture.depth_or_array_layers()) {
+        (wgpu::TextureDimension::D3, _) => wgpu::TextureViewDimension::D3,
+        (_, 1) => wgpu::TextureViewDimension::D2,
+        _ => wgpu::TextureViewDimension::D2Array,
+    }
+}
+
 impl Bound {
     fn fits(&self, kind: BindingKind, size: u64) -> bool {
-        use wgpu::{TextureDimension as Is, TextureViewDimension as Want};
-        let same = |is: &Is, want: Want| matches!((is, want), (Is::D2, Want::D2) | (Is::D3, Want::D3));
         match (&self.handle, self.access, kind) {
             (Handle::Buffer(buffer), Access::Read, BindingKind::StorageRead)
             | (Handle::Buffer(buffer), Access::Write, BindingKind::StorageWrite) => buffer.size() >= size,
             (Handle::Texture(_, is), Access::Read, BindingKind::Texture(want))
-            | (Handle::Texture(_, is), Access::Write, BindingKind::StorageTexture(want)) => same(is, want),
+            | (Handle::Texture(_, is), Access::Write, BindingKind::StorageTexture(want)) => *is == want,
             (Handle::Sampler(_), Access::Read, BindingKind::Sampler) => true,
             _ => false,
         }

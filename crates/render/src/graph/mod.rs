@@ -6,14 +6,14 @@
 //! an error that names pass and binding. Recording makes pipelines and bind groups; executing allocates nothing.
 //!
 //! What a pass runs over is said last: `over_film`, an invocation a pixel; `dispatch`, so many workgroups, once a frame;
-//! `draw`, triangles into a target.
+//! `draw` and `draw_layers`, triangles into a target.
 
 mod bindings;
 mod raster;
 mod shader;
 
 pub use bindings::{BindingError, Bindings, Resource};
-pub use raster::{Draw, Region, Target};
+pub use raster::{Draw, Layers, Region, Target};
 pub(crate) use shader::shader;
 pub use shader::{BindingKind, Reflected, Reflection, Shader};
 
@@ -70,8 +70,8 @@ struct Pass {
 
 #[derive(Debug)]
 enum Work {
-    /// An invocation a pixel of each tile, in workgroups of this size.
-    OverFilm(wgpu::ComputePipeline, [u32; 3]),
+    /// An invocation a square of so many pixels a side, in workgroups of this size.
+    OverFilm(wgpu::ComputePipeline, [u32; 3], u32),
     /// So many workgroups, once a frame.
     Dispatch(wgpu::ComputePipeline, [u32; 3]),
     /// Triangles, a batch of instances a round.
@@ -115,6 +115,18 @@ impl<'a> Graph<'a> {
         Declaration::new(self, name, shader)
     }
 
+    /// Runs every pass that runs once a frame: what is made before there is one.
+    ///
+    /// # Errors
+    /// Settings that the profiler refuses.
+    pub fn run_once(&self) -> Result<(), RenderError> {
+        let settings = wgpu_profiler::GpuProfilerSettings { enable_timer_queries: false, ..Default::default() };
+        let mut profiler = wgpu_profiler::GpuProfiler::new(&self.gpu.device, settings)
+            .map_err(|error| RenderError::Pass { pass: "profiler".into(), message: error.to_string() })?;
+        self.submit(Tile::default(), &mut profiler);
+        Ok(())
+    }
+
     /// Submits every pass for one tile of the film, a submission a round, each with its GPU time. A pass that runs once a
     /// frame does so with the first tile.
     pub fn submit(&self, tile: Tile, profiler: &mut wgpu_profiler::GpuProfiler) {
@@ -141,7 +153,11 @@ impl Pass {
         let (pipeline, [x, y, z]) = match &self.work {
             Work::Draw(drawing) => return drawing.record(self.name, &self.bind_group, tile, scope),
             Work::Dispatch(pipeline, workgroups) => (pipeline, *workgroups),
-            Work::OverFilm(pipeline, [x, y, _]) => (pipeline, [tile.size.x.div_ceil(*x), tile.size.y.div_ceil(*y), 1]),
+            Work::OverFilm(pipeline, [x, y, _], scale) => {
+                let border = if *scale > 1 { 2 } else { 0 };
+                let [width, height] = tile.size.to_array().map(|side| side.div_ceil(*scale) + border);
+                (pipeline, [width.div_ceil(*x), height.div_ceil(*y), 1])
+            }
         };
         let mut recorded = scope.scoped_compute_pass(self.name);
         recorded.set_pipeline(pipeline);
@@ -193,7 +209,7 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
         self
     }
 
-    /// The world: of what `resident/volume.wesl`, `surface.wesl`, `transmittance.wesl` and `sky.wesl` bind and are specialised for, as much as the shader uses.
+    /// The world: of what `resident/volume.wesl`, `surface.wesl`, `bodies.wesl`, `transmittance.wesl` and `sky.wesl` bind and are specialised for, as much as the shader uses.
     pub fn world(mut self, resident: &Resident) -> Self {
         if let Some(source) = resident.expressions.as_ref().and_then(|text| text.splice(&self.shader.source)) {
             self.shader.source = source.into();
@@ -216,17 +232,20 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             ("PLANES", f64::from(traits.planes)),
             ("SHADED", f64::from(traits.shaded)),
             ("SURFACES", f64::from(traits.surfaces)),
+            ("GRADIENTS", f64::from(resident.has_gradients())),
+            ("FLAT", f64::from(resident.flat)),
         ];
         for (name, value) in constants.into_iter().chain(resident.transmittance.constants()) {
             if reflection.overrides.iter().any(|used| used == name) {
                 self = self.constant(name, value);
             }
         }
-        let resources: [(_, Resource); 14] = [
+        let resources: [(_, Resource); 19] = [
             ("volumes", (&resident.volumes).into()),
             ("extras", (&resident.extras).into()),
             ("bricks", (&resident.bricks).into()),
             ("atlas", (&resident.atlas).into()),
+            ("gradients", (&resident.gradients).into()),
             ("transfers", (&resident.transfers).into()),
             ("phases", (&resident.phases).into()),
             ("sky", (&resident.sky).into()),
@@ -237,6 +256,10 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             ("texels", (&resident.surfaces.texels).into()),
             ("transmittance_maps", (&resident.transmittance.maps).into()),
             ("transmittances", (&resident.transmittance.texels).into()),
+            ("transmittance_events", (&resident.transmittance.events).into()),
+            ("balls", (&resident.bodies.balls).into()),
+            ("segments", (&resident.bodies.segments).into()),
+            ("bodies", (&resident.bodies.info).into()),
         ];
         for (name, resource) in resources {
             if reflection.bindings.iter().any(|used| used.name == name) {
@@ -285,7 +308,16 @@ impl Declaration<'_, '_, Compute> {
     /// # Errors
     /// Names that do not match the shader's, and whatever the device refuses.
     pub async fn over_film(self, rounds: u32) -> Result<(), RenderError> {
-        self.compute(rounds, Work::OverFilm).await
+        self.over_coarse_film(rounds, 1).await
+    }
+
+    /// As [`over_film`](Self::over_film), an invocation a square of `scale` pixels a side, and, where that is more than a
+    /// pixel, one square more around each tile, between which a later pass interpolates.
+    ///
+    /// # Errors
+    /// As [`over_film`](Self::over_film).
+    pub async fn over_coarse_film(self, rounds: u32, scale: u32) -> Result<(), RenderError> {
+        self.compute(rounds, |pipeline, workgroup| Work::OverFilm(pipeline, workgroup, scale)).await
     }
 
     /// Records the pass: so many workgroups along x, y, z, once a frame, in so many rounds, one after the other.
@@ -320,12 +352,7 @@ fn compute_pipeline(
     shader: &Shader,
     constants: &[(&'static str, f64)],
 ) -> wgpu::ComputePipeline {
-    // What is not as it was linked has a source of its own.
-    let own = match &shader.source {
-        std::borrow::Cow::Borrowed(_) => "",
-        std::borrow::Cow::Owned(source) => source,
-    };
-    let key = format!("{} {constants:?}{own}", shader.name);
+    let key = format!("{} {constants:?}{}", shader.name, shader.own());
     let mut cache = gpu.pipelines.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     let made = cache.entry(key).or_insert_with(|| {
         tracing::debug!(pass, shader = shader.name, ?constants, "compiling a pipeline");

@@ -1,4 +1,7 @@
-//! Passes that draw: triangles without vertex buffers, into textures of the film's size or into parts of a texture.
+//! Passes that draw: triangles without vertex buffers, into textures of the film's size, into parts of a texture, or into layers of
+//! one.
+
+use std::ops::Range;
 
 use super::{Declaration, Raster, Shader, Tile, Work};
 use crate::{Gpu, RenderError};
@@ -31,6 +34,25 @@ pub struct Target<'t> {
     pub blend: Option<wgpu::BlendState>,
 }
 
+/// What a raster pass draws once a frame into all of some layers of a texture.
+#[derive(Clone, Debug)]
+pub struct Layers<'t> {
+    /// Vertices of an instance, three a triangle.
+    pub vertices: u32,
+    /// Instances, drawn in their order.
+    pub instances: u32,
+    /// Instances a submission at most: drivers end those that take too long.
+    pub batch: u32,
+    /// A texture of two layers or more.
+    pub texture: &'t wgpu::Texture,
+    /// Its layers, one for each of the first outputs of the fragment shader.
+    pub layers: Range<u32>,
+    /// How a fragment goes together with what is there.
+    pub blend: wgpu::BlendState,
+    /// Whether they are cleared to 0 before.
+    pub clear: bool,
+}
+
 /// A rectangle of a texture [texels].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Region {
@@ -46,30 +68,92 @@ impl Declaration<'_, '_, Raster> {
     /// # Errors
     /// Names that do not match the shader's, and whatever the device refuses.
     pub async fn draw(self, draw: Draw<'_>) -> Result<(), RenderError> {
+        let Draw { vertices, instances, batch, target, depth, regions } = draw;
+        let attachment = |target: Target<'_>| Attachment {
+            view: target.texture.create_view(&Default::default()),
+            state: state(target.texture, target.blend),
+        };
+        let regions = regions.map_or(Over::Film, |regions| Over::Regions(regions.to_vec()));
+        let drawn = Drawn { attachments: target.map(attachment).into_iter().collect(), depth, regions, clear: true };
+        self.record_drawing(drawn, [vertices, instances, batch]).await
+    }
+
+    /// Records the pass, once a frame, into layers.
+    ///
+    /// # Errors
+    /// As [`draw`](Self::draw).
+    pub async fn draw_layers(self, draw: Layers<'_>) -> Result<(), RenderError> {
+        let Layers { vertices, instances, batch, texture, layers, blend, clear } = draw;
+        let attachment = |layer| Attachment {
+            view: texture.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2),
+                base_array_layer: layer,
+                array_layer_count: Some(1),
+                ..Default::default()
+            }),
+            state: state(texture, Some(blend)),
+        };
+        let attachments = layers.map(attachment).collect();
+        let drawn = Drawn { attachments, depth: None, regions: Over::Whole, clear };
+        self.record_drawing(drawn, [vertices, instances, batch]).await
+    }
+
+    async fn record_drawing(self, drawn: Drawn<'_>, counts: [u32; 3]) -> Result<(), RenderError> {
         let (name, shader) = (self.name, self.shader.clone());
         let reflection = shader.reflect()?;
-        let rounds = draw.instances.div_ceil(draw.batch).max(1);
+        let [vertices, instances, batch] = counts;
+        let rounds = instances.div_ceil(batch).max(1);
         let make = |gpu: &Gpu, constants: &[_]| {
-            let pipeline = pipeline(gpu, name, &shader, constants, &draw);
+            let pipeline = pipeline(gpu, name, &shader, constants, &drawn);
             let layout = pipeline.get_bind_group_layout(0);
-            let Draw { vertices, instances, batch, target, depth, regions } = draw;
-            let target = target.map(|target| target.texture.create_view(&Default::default()));
+            let Drawn { attachments, depth, regions, clear } = drawn;
+            let targets = attachments.into_iter().map(|attachment| attachment.view).collect();
             let depth = depth.map(|texture| texture.create_view(&Default::default()));
-            let regions = regions.map(<[_]>::to_vec);
-            let drawing = Drawing { pipeline, target, depth, regions, vertices, instances, batch };
+            let drawing = Drawing { pipeline, targets, depth, regions, clear, vertices, instances, batch };
             (Work::Draw(Box::new(drawing)), layout)
         };
         self.record(&reflection, rounds, make).await
     }
 }
 
+/// A colour that is drawn to.
+struct Attachment {
+    view: wgpu::TextureView,
+    state: wgpu::ColorTargetState,
+}
+
+fn state(texture: &wgpu::Texture, blend: Option<wgpu::BlendState>) -> wgpu::ColorTargetState {
+    wgpu::ColorTargetState { format: texture.format(), blend, write_mask: wgpu::ColorWrites::ALL }
+}
+
+/// What is drawn to.
+struct Drawn<'t> {
+    attachments: Vec<Attachment>,
+    depth: Option<&'t wgpu::Texture>,
+    regions: Over,
+    clear: bool,
+}
+
+/// Which part of what is drawn to.
+#[derive(Debug)]
+enum Over {
+    /// Each tile of the film.
+    Film,
+    /// All of it, once a frame.
+    Whole,
+    /// Once a frame, an instance a region.
+    Regions(Vec<Region>),
+}
+
 /// A [`Draw`] with its pipeline.
 #[derive(Debug)]
 pub(super) struct Drawing {
     pipeline: wgpu::RenderPipeline,
-    target: Option<wgpu::TextureView>,
+    targets: Vec<wgpu::TextureView>,
     depth: Option<wgpu::TextureView>,
-    regions: Option<Vec<Region>>,
+    regions: Over,
+    /// Whether what is drawn to is cleared before the first instance.
+    clear: bool,
     vertices: u32,
     instances: u32,
     batch: u32,
@@ -78,7 +162,7 @@ pub(super) struct Drawing {
 impl Drawing {
     /// Whether it is drawn once a frame, not once a tile.
     pub(super) fn once(&self) -> bool {
-        self.regions.is_some()
+        !matches!(self.regions, Over::Film)
     }
 
     /// Appends the batch of the tile's round, cut to the tile or its regions.
@@ -89,20 +173,20 @@ impl Drawing {
         tile: Tile,
         scope: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>,
     ) {
-        let first = tile.round == 0;
-        let attachment = self.target.as_ref().map(|view| {
+        let first = tile.round == 0 && self.clear;
+        let attachment = |view| {
             let load = if first { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load };
             let ops = wgpu::Operations { load, store: wgpu::StoreOp::Store };
-            wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops }
-        });
+            Some(wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops })
+        };
         let depth = self.depth.as_ref().map(|view| {
             let load = if first { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load };
             let depth_ops = Some(wgpu::Operations { load, store: wgpu::StoreOp::Store });
             wgpu::RenderPassDepthStencilAttachment { view, depth_ops, stencil_ops: None }
         });
-        let color_attachments = [attachment];
+        let color_attachments: Vec<_> = self.targets.iter().map(attachment).collect();
         let descriptor = wgpu::RenderPassDescriptor {
-            color_attachments: if self.target.is_some() { &color_attachments } else { &[] },
+            color_attachments: &color_attachments,
             depth_stencil_attachment: depth,
             ..Default::default()
         };
@@ -112,11 +196,12 @@ impl Drawing {
         let begin = tile.round * self.batch;
         let end = self.instances.min(begin.saturating_add(self.batch));
         match &self.regions {
-            None => {
+            Over::Film => {
                 recorded.set_scissor_rect(tile.origin.x, tile.origin.y, tile.size.x, tile.size.y);
                 recorded.draw(0..self.vertices, begin..end);
             }
-            Some(regions) => {
+            Over::Whole => recorded.draw(0..self.vertices, begin..end),
+            Over::Regions(regions) => {
                 for (i, region) in (begin..end).zip(&regions[begin as usize..]) {
                     let [x, y, width, height] = [region.origin.x, region.origin.y, region.size.x, region.size.y];
                     recorded.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
@@ -128,49 +213,51 @@ impl Drawing {
     }
 }
 
+/// The pipeline of a shader with these constants for what is drawn to, from the device's cache or made now.
 fn pipeline(
     gpu: &Gpu,
     pass: &str,
     shader: &Shader,
     constants: &[(&'static str, f64)],
-    draw: &Draw,
+    drawn: &Drawn<'_>,
 ) -> wgpu::RenderPipeline {
-    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some(shader.name),
-        source: wgpu::ShaderSource::Wgsl(shader.source.clone()),
+    let targets: Vec<_> = drawn.attachments.iter().map(|attachment| Some(attachment.state.clone())).collect();
+    let depth = drawn.depth.map(wgpu::Texture::format);
+    let key = format!("{} {constants:?} {targets:?} {depth:?}{}", shader.name, shader.own());
+    let mut cache = gpu.drawings.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let made = cache.entry(key).or_insert_with(|| {
+        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(shader.name),
+            source: wgpu::ShaderSource::Wgsl(shader.source.clone()),
+        });
+        let compilation_options = wgpu::PipelineCompilationOptions { constants, ..Default::default() };
+        gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(pass),
+            layout: None,
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: None,
+                compilation_options: compilation_options.clone(),
+                buffers: &[],
+            },
+            primitive: Default::default(),
+            depth_stencil: depth.map(|format| wgpu::DepthStencilState {
+                format,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(wgpu::CompareFunction::Greater),
+                stencil: Default::default(),
+                bias: Default::default(),
+            }),
+            multisample: Default::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: None,
+                compilation_options,
+                targets: &targets,
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
     });
-    let compilation_options = wgpu::PipelineCompilationOptions { constants, ..Default::default() };
-    let target = draw.target.map(|target| wgpu::ColorTargetState {
-        format: target.texture.format(),
-        blend: target.blend,
-        write_mask: wgpu::ColorWrites::ALL,
-    });
-    let targets = [target];
-    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(pass),
-        layout: None,
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: None,
-            compilation_options: compilation_options.clone(),
-            buffers: &[],
-        },
-        primitive: Default::default(),
-        depth_stencil: draw.depth.map(|texture| wgpu::DepthStencilState {
-            format: texture.format(),
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::Greater),
-            stencil: Default::default(),
-            bias: Default::default(),
-        }),
-        multisample: Default::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: None,
-            compilation_options,
-            targets: if draw.target.is_some() { &targets } else { &[] },
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
+    made.clone()
 }

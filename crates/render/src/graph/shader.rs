@@ -66,6 +66,14 @@ pub struct Reflection {
 }
 
 impl Shader {
+    /// The source of a shader that is not as it was linked; what else tells shaders apart is the name.
+    pub(super) fn own(&self) -> &str {
+        match &self.source {
+            Cow::Borrowed(_) => "",
+            Cow::Owned(source) => source,
+        }
+    }
+
     /// Parses and validates the shader and reads its bindings.
     ///
     /// # Errors
@@ -108,10 +116,11 @@ fn binding_kind(inner: &TypeInner, space: AddressSpace) -> Option<BindingKind> {
         (AddressSpace::Storage { access }, _) if access.contains(StorageAccess::STORE) => BindingKind::StorageWrite,
         (AddressSpace::Storage { .. }, _) => BindingKind::StorageRead,
         (_, TypeInner::Sampler { .. }) => BindingKind::Sampler,
-        (_, TypeInner::Image { dim, arrayed: false, class }) => {
-            let dimension = match dim {
-                ImageDimension::D2 => wgpu::TextureViewDimension::D2,
-                ImageDimension::D3 => wgpu::TextureViewDimension::D3,
+        (_, TypeInner::Image { dim, arrayed, class }) => {
+            let dimension = match (dim, arrayed) {
+                (ImageDimension::D2, false) => wgpu::TextureViewDimension::D2,
+                (ImageDimension::D2, true) => wgpu::TextureViewDimension::D2Array,
+                (ImageDimension::D3, false) => wgpu::TextureViewDimension::D3,
                 _ => return None,
             };
             match class {

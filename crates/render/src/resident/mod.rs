@@ -1,10 +1,12 @@
 //! A world as the GPU holds it: textures and buffers that techniques read.
 
 mod atlas;
+pub mod bodies;
 mod bricks;
 pub mod bvh;
 pub(crate) mod environment;
 pub mod expression;
+mod gradients;
 mod light;
 mod sky;
 pub mod surfaces;
@@ -20,6 +22,7 @@ use std::sync::Arc;
 use tyndall_scene::description::Camera;
 use tyndall_scene::{EnvironmentMap, World};
 
+pub use bodies::Bodies;
 pub use light::{Light, Lights};
 pub use surfaces::Surfaces;
 pub use transmittance::Transmittance;
@@ -41,7 +44,7 @@ pub struct Resident {
     pub view: wgpu::Buffer,
     /// The camera of the frame before, as a buffer.
     pub previous: wgpu::Buffer,
-    /// [`MAX_VOLUMES`] of [`Volume`], as a buffer.
+    /// [`MAX_VOLUMES`] of [`Volume`], as a buffer: fields, in the order of their names, then media that are made of bodies.
     pub volumes: wgpu::Buffer,
     /// The bricks of all volumes, as a texture of bits.
     pub bricks: wgpu::Texture,
@@ -49,6 +52,10 @@ pub struct Resident {
     pub extras: wgpu::Buffer,
     /// The voxels of all bricks, a 3D texture.
     pub atlas: wgpu::Texture,
+    /// The gradients at them, where they are looked at and there is room; else of one texel.
+    pub gradients: wgpu::Texture,
+    /// Whether something is seen of bricks whose values are all alike, which have none there.
+    pub flat: bool,
     /// Where in it the bricks of grids lie.
     places: Atlas,
     /// Transfer functions and black bodies, three rows a volume.
@@ -65,6 +72,8 @@ pub struct Resident {
     pub bounds: Option<[glam::Vec3; 2]>,
     /// The surfaces.
     pub surfaces: Surfaces,
+    /// Particles and strands.
+    pub bodies: Bodies,
     /// Maps of the transmittance from the first lights, where a technique makes them.
     pub transmittance: Transmittance,
     /// Lights but the environment, the directional ones first, for techniques to extend and upload.
@@ -99,64 +108,103 @@ impl Resident {
                 advice: "Render a smaller picture.".into(),
             });
         }
-        volume::check(&world.volumes)?;
+        let volumes = ordered(world);
+        volume::check(&volumes)?;
         let (lights, environment) = light::encode(&world.lights);
         let view = View::new(&world.scene.camera, film, environment, rotation(world.environment.as_deref()));
         let surfaces = Surfaces::new(gpu, &world.surfaces).await?;
-        let atlas = Atlas::new(gpu, &world.volumes).await?;
-        let media = Media::new(gpu, &atlas, &world.volumes).await?;
-        Ok(Self {
+        let atlas = Atlas::new(gpu, &volumes).await?;
+        let media = Media::new(gpu, &atlas, &volumes).await?;
+        let bodies = Bodies::new(gpu, &volumes, None).await?;
+        bodies.upload(gpu, &volumes);
+        let resident = Self {
             atlas: atlas.texture.clone(),
+            gradients: gradients::none(gpu).await?,
             places: atlas,
             view: gpu.buffer("view", &view),
             previous: gpu.buffer("previous", &view),
             volumes: media.volumes,
+            flat: media.flat,
             bricks: media.bricks,
             extras: media.extras,
             transfers: media.transfers,
             phases: media.phases,
-            expressions: Expressions::new(&world.volumes),
+            expressions: Expressions::new(&volumes),
             linear: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("linear"),
                 mag_filter: wgpu::FilterMode::Linear,
                 min_filter: wgpu::FilterMode::Linear,
                 ..Default::default()
             }),
-            traits: Traits::of(&world.volumes),
+            traits: Traits::of(&volumes),
             transmittance: Transmittance::none(gpu).await?,
             bounds: bounds(&surfaces, world),
             surfaces,
+            bodies,
             lights,
             virtual_lights: None,
             environment,
             sky: sky::texture(gpu, world.environment.as_deref()).await?,
             map: world.environment.clone(),
             film,
-        })
+        };
+        resident.with_gradients(gpu).await
     }
 
-    /// The same with the media of `world`, whose grids are on the device already: no voxel is uploaded.
+    /// The same with the media of `world`, whose grids are on the device already: no voxel is uploaded. Nor are bodies yet, as
+    /// they may go into the same buffers: see [`upload_bodies`](Self::upload_bodies).
     ///
     /// # Errors
     /// Grids that are not there, more volumes than shaders hold, and memory that runs out.
     pub(crate) async fn with_media(&self, gpu: &Gpu, world: &World) -> Result<Self, RenderError> {
-        volume::check(&world.volumes)?;
-        self.places.check(&world.volumes)?;
-        let media = Media::new(gpu, &self.places, &world.volumes).await?;
-        Ok(Self {
+        let volumes = ordered(world);
+        volume::check(&volumes)?;
+        self.places.check(&volumes)?;
+        let media = Media::new(gpu, &self.places, &volumes).await?;
+        let resident = Self {
             volumes: media.volumes,
+            flat: media.flat,
             bricks: media.bricks,
             extras: media.extras,
             transfers: media.transfers,
             phases: media.phases,
-            expressions: Expressions::new(&world.volumes),
-            traits: Traits::of(&world.volumes),
+            expressions: Expressions::new(&volumes),
+            traits: Traits::of(&volumes),
             bounds: bounds(&self.surfaces, world),
+            bodies: Bodies::new(gpu, &volumes, Some(&self.bodies)).await?,
             // Techniques make them anew, or no more.
             transmittance: Transmittance::none(gpu).await?,
             virtual_lights: None,
             ..self.clone()
-        })
+        };
+        resident.with_gradients(gpu).await
+    }
+
+    /// The same with gradients, if they are looked at now and have not been made before.
+    async fn with_gradients(self, gpu: &Gpu) -> Result<Self, RenderError> {
+        if self.has_gradients() {
+            return Ok(self);
+        }
+        match gradients::make(gpu, &self).await? {
+            Some(gradients) => Ok(Self { gradients, ..self }),
+            None => Ok(self),
+        }
+    }
+
+    /// The same without them, as on a device that has no room.
+    #[cfg(test)]
+    pub(crate) async fn without_gradients(self, gpu: &Gpu) -> Result<Self, RenderError> {
+        Ok(Self { gradients: gradients::none(gpu).await?, ..self })
+    }
+
+    /// Whether there is a texture of gradients.
+    pub(crate) fn has_gradients(&self) -> bool {
+        self.gradients.size() == self.atlas.size()
+    }
+
+    /// Writes the bodies of the world that [`with_media`](Self::with_media) was given.
+    pub(crate) fn upload_bodies(&self, gpu: &Gpu, world: &World) {
+        self.bodies.upload(gpu, &ordered(world));
     }
 
     /// Makes the environment map unseen; it still lights media.
@@ -181,6 +229,7 @@ impl Resident {
 
 /// What the device has of media beside their voxels.
 struct Media {
+    flat: bool,
     volumes: wgpu::Buffer,
     bricks: wgpu::Texture,
     extras: wgpu::Buffer,
@@ -193,6 +242,7 @@ impl Media {
         let mut bricks = Bricks::new(atlas);
         let (volumes, extras) = volume::encode(media, &mut bricks);
         Ok(Self {
+            flat: bricks.flat(),
             volumes: gpu.buffer("volumes", &volumes),
             bricks: bricks.texture(gpu).await?,
             extras: gpu.buffer("extras", &extras),
@@ -200,6 +250,13 @@ impl Media {
             phases: tables::phases(gpu, media).await?,
         })
     }
+}
+
+/// The media of a world as shaders number them: those that rays are marched through, then those that are made of bodies.
+fn ordered(world: &World) -> Vec<tyndall_scene::Volume> {
+    let (bodies, mut volumes): (Vec<_>, Vec<_>) = world.volumes.iter().cloned().partition(bodies::is_bodies);
+    volumes.extend(bodies);
+    volumes
 }
 
 /// A box around all surfaces and media.

@@ -6,12 +6,13 @@ use tyndall_scene::phase::PhaseFunction;
 use tyndall_scene::volume::BRICK_CELLS;
 use tyndall_scene::{Field, Volume};
 
+use super::bodies::is_bodies;
 use super::volume::{diagonal, voxel};
 
 /// What the volumes of a world make use of, so that shaders can be specialised for it.
 #[derive(Clone, Debug)]
 pub struct Traits {
-    /// How many volumes there are.
+    /// How many volumes there are that rays are marched through: all but those that are made of bodies.
     pub count: u32,
     /// Some have voxels.
     pub grids: bool,
@@ -46,7 +47,9 @@ pub struct Traits {
 }
 
 impl Traits {
+    /// Of media in the order that shaders have: those that are made of bodies come last.
     pub(super) fn of(volumes: &[Volume]) -> Self {
+        let fields = &volumes[..volumes.partition_point(|volume| !is_bodies(volume))];
         let transfers = || {
             volumes.iter().filter_map(|v| match &v.optics {
                 Optics::Transfer(transfer) => Some(transfer),
@@ -54,7 +57,7 @@ impl Traits {
             })
         };
         Self {
-            count: volumes.len() as u32,
+            count: fields.len() as u32,
             grids: volumes.iter().any(|v| matches!(v.field, Field::Grid(_))),
             exponentials: volumes.iter().any(|v| matches!(v.field, Field::Exponential { .. })),
             transfers: volumes.iter().any(|v| matches!(v.optics, Optics::Transfer(_))),
@@ -70,9 +73,9 @@ impl Traits {
             }),
             tinted: volumes.iter().any(|v| v.temperature.is_some() || v.color.is_some()),
             phase_tables: volumes.iter().any(|v| matches!(v.phase, PhaseFunction::Table(_))),
-            loops: volumes.iter().map(loops).sum(),
-            diagonals: volumes.iter().map(diagonal).collect(),
-            voxel: volumes.iter().map(voxel).reduce(f32::min).unwrap_or(1.0),
+            loops: fields.iter().map(loops).sum(),
+            diagonals: fields.iter().map(diagonal).collect(),
+            voxel: fields.iter().map(voxel).reduce(f32::min).unwrap_or(1.0),
         }
     }
 }

@@ -4,6 +4,7 @@ use encase::private::StructMetadata;
 use encase::{ShaderSize, ShaderType};
 
 use crate::graph::{Shader, Tile};
+use crate::resident::bodies::{Info, PackedBall, PackedSegment};
 use crate::resident::{Light, Stride, View, Volume, surfaces};
 use crate::{display, shadows, techniques};
 
@@ -40,6 +41,11 @@ where
     (T::METADATA.extra.offsets.to_vec(), T::SHADER_SIZE.get())
 }
 
+/// The offsets of a struct that is uploaded as it lies in memory.
+macro_rules! offsets {
+    ($name:ident: $($field:ident),+) => { vec![$(std::mem::offset_of!($name, $field) as u64),+] };
+}
+
 #[test]
 fn shared_structs_have_one_layout() {
     let march = "techniques/march/march";
@@ -71,6 +77,9 @@ fn shared_structs_have_one_layout() {
     );
     let deposit = "techniques/transmittance/single";
     assert_eq!(rust_layout::<techniques::transmittance::Deposit, _>(), shader_layout(deposit, "Deposit"));
+    let balls = "techniques/transmittance/balls";
+    assert_eq!(rust_layout::<techniques::transmittance::Drawing, _>(), shader_layout(balls, "Drawing"));
+    assert_eq!(techniques::transmittance::LIST, shader_layout("techniques/transmittance/deep_sort", "List").1);
     let cells = "techniques/cells/cells";
     assert_eq!(rust_layout::<techniques::cells::Cells, _>(), shader_layout(cells, "Cells"));
     assert_eq!(rust_layout::<techniques::cells::Tetrahedron, _>(), shader_layout(cells, "Tetrahedron"));
@@ -82,6 +91,12 @@ fn shared_structs_have_one_layout() {
     assert_eq!(rust_layout::<techniques::instant_radiosity::Batch, _>(), shader_layout(gather, "Batch"));
     let ring = "techniques/instant_radiosity/ring";
     assert_eq!(rust_layout::<techniques::instant_radiosity::walkthrough::Ring, _>(), shader_layout(ring, "Ring"));
+    let bodies = "test/probes/bodies";
+    assert_eq!(rust_layout::<Info, _>(), shader_layout(bodies, "Bodies"));
+    let offsets = offsets!(PackedBall: position, radius, depth, medium, color);
+    assert_eq!((offsets, size_of::<PackedBall>() as u64), shader_layout(bodies, "Ball"));
+    let offsets = offsets!(PackedSegment: begin, radius, end, depth, color, medium);
+    assert_eq!((offsets, size_of::<PackedSegment>() as u64), shader_layout(bodies, "Segment"));
     assert_eq!(rust_layout::<display::Parameters, _>(), shader_layout("display/display", "Display"));
 }
 

@@ -132,7 +132,7 @@ fn same_directions(resident: &Resident, settings: &Settings) -> Result<(), Rende
     Err(FieldError {
         path: "techniques.direct.environment_directions".into(),
         found: format!("{found} directions, beside maps of transmittance for {mapped}"),
-        accepted: format!("{mapped}, as many as techniques.march has"),
+        accepted: format!("{mapped}, as many as the technique of media has"),
     }
     .into())
 }

@@ -10,16 +10,27 @@
 //! does.
 //!
 //! Passes, once a frame: `transmittance.bounds`, a workgroup a light; `transmittance.deposit`, an invocation a texel;
-//! `transmittance.filter`, twice, where the maps are filtered.
+//! `transmittance.filter`, twice, or `transmittance.mip`, once a level, where the maps are filtered.
 
+#[cfg(test)]
+mod bodies_test;
+mod deep;
+mod draw;
+mod prefilter;
 #[cfg(test)]
 mod test;
 
 use tyndall_scene::parameter::{Kind, Parameter, Settings};
 use tyndall_scene::{FieldError, World};
 
-use super::{Recording, Role, Technique, chosen, without_bodies};
+#[cfg(test)]
+pub(crate) use deep::LIST;
+#[cfg(test)]
+pub(crate) use draw::Drawing;
+
+use super::{Recording, Role, Technique, chosen, without_meshes};
 use crate::graph::{Graph, Shader, shader};
+use crate::resident::transmittance::DEEP;
 use crate::resident::{Lights, Resident, Stride, Transmittance, environment};
 use crate::{Gpu, RenderError};
 
@@ -37,7 +48,7 @@ pub const TECHNIQUE: Technique = Technique {
         },
         Parameter {
             name: "coefficients",
-            help: "Numbers a texel and channel (of moments 5, 7 or 9: the power moments 0 to 4, 6 or 8)",
+            help: "Numbers a texel and channel (of moments 5, 7 or 9: the power moments 0 to 4, 6 or 8, or the trigonometric ones 0 to 2, 3 or 4)",
             unit: "",
             kind: Kind::Count { min: 1, max: MOST_COEFFICIENTS, default: 7 },
         },
@@ -73,9 +84,9 @@ pub const TECHNIQUE: Technique = Technique {
         },
         Parameter {
             name: "prefilter_kind",
-            help: "How: all alike, or by Gauss' function, of which `prefilter` is two standard deviations",
+            help: "How: all alike, by Gauss' function, of which `prefilter` is two standard deviations, or by a mip level of texels as wide",
             unit: "",
-            kind: Kind::Choice(&["box", "gaussian"]),
+            kind: Kind::Choice(&["box", "gaussian", "mips"]),
         },
         Parameter {
             name: "light_step",
@@ -94,7 +105,7 @@ pub const TECHNIQUE: Technique = Technique {
 };
 
 /// The bases, as `math/transmittance/basis.wesl` numbers them.
-const BASES: [&str; 6] = ["fourier", "slices", "haar", "cosine", "legendre", "moments"];
+const BASES: [&str; 8] = ["fourier", "slices", "haar", "cosine", "legendre", "moments", "trigonometric", "deep"];
 
 /// Room for eight sets of four.
 const MOST_COEFFICIENTS: u32 = 31;
@@ -102,18 +113,17 @@ const MOST_COEFFICIENTS: u32 = 31;
 static BOUNDS: Shader = shader!("techniques/transmittance/bounds");
 static HALF: Shader = shader!("techniques/transmittance/half");
 static SINGLE: Shader = shader!("techniques/transmittance/single");
-static FILTER_HALF: Shader = shader!("techniques/transmittance/filter_half");
-static FILTER_SINGLE: Shader = shader!("techniques/transmittance/filter_single");
 
 /// The buffer `deposit`.
 #[derive(Clone, Copy, Debug, encase::ShaderType)]
 pub(crate) struct Deposit {
     stride: Stride,
     deepest: f32,
+    light: u32,
 }
 
 async fn record(Recording { graph, resident, settings, world, .. }: Recording<'_, '_>) -> Result<(), RenderError> {
-    without_bodies(world, TECHNIQUE.name)?;
+    without_meshes(world, TECHNIQUE.name)?;
     let gpu = graph.gpu();
     let asked = directions(world)?;
     let directions = environment::lights(resident, asked);
@@ -126,64 +136,49 @@ async fn record(Recording { graph, resident, settings, world, .. }: Recording<'_
     within_iterations(gpu, resident, light_step)?;
     let mut made = textures(gpu, resident, settings, mapped).await?;
     made.directions = if directions.is_empty() { 0 } else { asked };
-    let lights = gpu.buffer("lights", &Lights { lights });
+    resident.transmittance = made.clone();
+    let buffer = gpu.buffer("lights", &Lights { lights: lights.clone() });
+    let bounds = async |graph: &mut Graph<'_>, resident: &Resident| {
+        graph
+            .compute("transmittance.bounds", &BOUNDS)
+            .world(resident)
+            .read("lights", &buffer)
+            .write("written", &resident.transmittance.maps)
+            .dispatch([mapped, 1, 1], 1)
+            .await
+    };
+    bounds(graph, resident).await?;
     let least = Stride::least(&resident.traits);
     let stride = Stride { step: light_step, least, offset: 0.5, tolerance: 0.0, skip: 1, lit: 0 };
-    let deposit = gpu.buffer("deposit", &Deposit { stride, deepest: settings.number("deepest") });
-    graph
-        .compute("transmittance.bounds", &BOUNDS)
-        .world(resident)
-        .read("lights", &lights)
-        .write("written", &made.maps)
-        .dispatch([mapped, 1, 1], 1)
-        .await?;
-    resident.transmittance = made.clone();
+    let mut deposit = Deposit { stride, deepest: settings.number("deepest"), light: 0 };
+    if made.basis == DEEP {
+        return deep::record(graph, resident, settings, deposit, bounds).await;
+    }
     let window = ["off", "fejer", "lanczos"].iter().position(|&name| name == settings.choice("window"));
-    let shader = if made.texels.format() == wgpu::TextureFormat::Rgba16Float { &HALF } else { &SINGLE };
+    let single = made.texels.format() == wgpu::TextureFormat::Rgba32Float;
     let groups = made.resolution.div_ceil(8);
-    graph
-        .compute("transmittance.deposit", shader)
-        .constant("WINDOW", window.unwrap_or(0) as u32)
-        .world(resident)
-        .read("deposit", &deposit)
-        .write("written", &made.texels)
-        .dispatch([groups, groups, mapped], 1)
-        .await?;
-    prefilter(graph, resident, settings).await
-}
-
-/// Records the passes that filter the maps, along x into a texture of their own, along y back.
-async fn prefilter(graph: &mut Graph<'_>, resident: &Resident, settings: &Settings) -> Result<(), RenderError> {
-    let radius = settings.number("prefilter") as u32;
-    if radius == 0 {
-        return Ok(());
-    }
-    if resident.transmittance.ranges || BASES[resident.transmittance.basis as usize] == "moments" {
-        return Err(FieldError {
-            path: "techniques.transmittance.prefilter".into(),
-            found: "a filter of what is not linear: ranges of depths for each texel, or moments".into(),
-            accepted: "depths = \"light\" and another basis, or prefilter = 0".into(),
+    let bodies = !resident.bodies.is_empty();
+    let drawn = draw::texture(gpu, resident, single).await?;
+    // Bodies are drawn for one light after the other, without them all lights are alike.
+    let at_once = if bodies { 1 } else { mapped };
+    for first in (0..mapped).step_by(at_once as usize) {
+        if bodies {
+            draw::record(graph, resident, &lights[first as usize], first, &drawn).await?;
         }
-        .into());
-    }
-    let texels = &resident.transmittance.texels;
-    let size = [texels.width(), texels.height()];
-    let between =
-        graph.gpu().texture_2d("filtered along x", size, texels.format(), wgpu::TextureUsages::STORAGE_BINDING).await?;
-    let shader = if texels.format() == wgpu::TextureFormat::Rgba16Float { &FILTER_HALF } else { &FILTER_SINGLE };
-    for (axis, (from, to)) in [(texels, &between), (&between, texels)].into_iter().enumerate() {
+        deposit.light = first;
+        let deposit = gpu.buffer("deposit", &deposit);
         graph
-            .compute("transmittance.filter", shader)
-            .constant("AXIS", axis as u32)
-            .constant("RADIUS", radius)
-            .constant("GAUSSIAN", settings.choice("prefilter_kind") == "gaussian")
-            .constant("RESOLUTION", resident.transmittance.resolution)
-            .read("unfiltered", from)
-            .write("written", to)
-            .dispatch([size[0].div_ceil(8), size[1].div_ceil(8), 1], 1)
+            .compute("transmittance.deposit", if single { &SINGLE } else { &HALF })
+            .constant("WINDOW", window.unwrap_or(0) as u32)
+            .constant("DRAWN", bodies)
+            .world(resident)
+            .read("deposit", &deposit)
+            .read("drawn", &drawn)
+            .write("written", (&made.texels, 0))
+            .dispatch([groups, groups, at_once], 1)
             .await?;
     }
-    Ok(())
+    prefilter::record(graph, resident, settings).await
 }
 
 /// From how many directions the scene's technique of media scatters the environment.
@@ -202,11 +197,15 @@ async fn textures(
     settings: &Settings,
     mapped: u32,
 ) -> Result<Transmittance, RenderError> {
-    let basis = BASES.iter().position(|&name| name == settings.choice("basis")).unwrap_or(0) as u32;
+    let name = settings.choice("basis");
+    let deep = name == "deep";
+    let basis = if deep { DEEP } else { BASES.iter().position(|&basis| basis == name).unwrap_or(0) as u32 };
     let given = settings.number("coefficients") as u32;
-    let (count, bias) = numbers(basis, given);
-    let sets = (count + u32::from(basis == 0)).div_ceil(4);
-    let ranges = settings.choice("depths") == "texel";
+    let (count, bias) = numbers(name, given);
+    // Constants with pairs behind them begin at the second number of the first set.
+    let sets = (count + u32::from(["fourier", "trigonometric"].contains(&name))).div_ceil(4);
+    // What is drawn in any order says nowhere how far light gets.
+    let ranges = settings.choice("depths") == "texel" && resident.bodies.is_empty() && !deep;
     let channels = if resident.traits.grey { 1 } else { 3 };
     let resolution = settings.number("resolution") as u32;
     let limit = gpu.device.limits().max_texture_dimension_2d;
@@ -223,11 +222,19 @@ async fn textures(
         });
     }
     let filterable = gpu.device.features().contains(wgpu::Features::FLOAT32_FILTERABLE);
-    let single = settings.choice("precision") == "single" && filterable;
+    let single = (settings.choice("precision") == "single" || deep) && filterable;
     if settings.choice("precision") == "single" && !filterable {
         tracing::debug!("this device does not interpolate 32-bit floats: transmittance has 16 bits");
     }
-    if BASES[basis as usize] == "moments" && !single {
+    if deep && !single {
+        return Err(FieldError {
+            path: "techniques.transmittance.basis".into(),
+            found: "deep maps on a device that does not interpolate 32-bit floats".into(),
+            accepted: "another basis".into(),
+        }
+        .into());
+    }
+    if bias > 0.0 && !single {
         return Err(FieldError {
             path: "techniques.transmittance.basis".into(),
             found: "moments in 16-bit numbers, which round them away".into(),
@@ -235,6 +242,7 @@ async fn textures(
         }
         .into());
     }
+    let level = prefilter::level(settings, !ranges && bias == 0.0 && !deep, resolution)?;
     let format = if single { wgpu::TextureFormat::Rgba32Float } else { wgpu::TextureFormat::Rgba16Float };
     Ok(Transmittance {
         maps: gpu
@@ -246,19 +254,29 @@ async fn textures(
             )
             .await?,
         texels: gpu
-            .texture_2d(
-                "transmittance",
-                [columns * resolution, rows * resolution],
+            .texture(&wgpu::TextureDescriptor {
+                label: Some("transmittance"),
+                size: wgpu::Extent3d {
+                    width: columns * resolution,
+                    height: rows * resolution,
+                    depth_or_array_layers: 1,
+                },
+                mip_level_count: 1 + level.ceil() as u32,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
                 format,
-                wgpu::TextureUsages::STORAGE_BINDING,
-            )
+                usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            })
             .await?,
+        events: resident.transmittance.events.clone(),
         mapped,
         parallel: resident.lights.iter().all(|light| light.local == 0),
         directions: 0,
         resolution,
         ranges,
         columns,
+        level,
         basis,
         count,
         sets,
@@ -267,14 +285,19 @@ async fn textures(
 }
 
 /// How many numbers a basis has for so many asked for, and the bias of moments.
-fn numbers(basis: u32, given: u32) -> (u32, f32) {
-    match BASES[basis as usize] {
+fn numbers(basis: &str, given: u32) -> (u32, f32) {
+    match basis {
+        // Where a list is, and how long.
+        "deep" => (4, 0.0),
         // A constant and pairs.
         "fourier" => (2 * (given / 2) + 1, 0.0),
         // Twice as many moments as layers, and the zeroth. The bias is for 32-bit floats [Munstermann18].
         "moments" if given >= 9 => (9, 5e-5),
         "moments" if given >= 7 => (7, 5e-6),
         "moments" => (5, 5e-7),
+        "trigonometric" if given >= 9 => (9, 1.5e-6),
+        "trigonometric" if given >= 7 => (7, 8e-7),
+        "trigonometric" => (5, 4e-7),
         _ => (given, 0.0),
     }
 }
