@@ -369,7 +369,7 @@ mod test {
             width: 3,
         };
         assert!(truth.error(&[[1.2; 3], [4.0; 3], [25.0; 3]], true) < 1e-3);
-        let whole = ((9.0 + 25.0) / (402.0 - 0.04) as f64).sqrt();
+        let whole = (34.0f64 / 401.96).sqrt();
         assert!((truth.error(&[[1.2; 3], [4.0; 3], [25.0; 3]], false) - whole).abs() < 1e-3);
         assert!(truth.error(&[[1.5; 3], [1.0; 3], [20.0; 3]], true) > 0.4);
     }
