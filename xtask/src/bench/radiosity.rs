@@ -40,17 +40,45 @@ pub struct Arguments {
 
 const SCENE: &str = "scenes/cornell.toml";
 const SIDE: u32 = 512;
-/// Paths and camera rays a pixel, from fast to good.
-const LADDER: [[u32; 2]; 5] = [[8, 4], [16, 4], [32, 8], [64, 8], [128, 16]];
+/// How the technique is set.
+#[derive(Clone, Copy)]
+struct Set {
+    paths: u32,
+    /// Camera rays a pixel.
+    samples: u32,
+    /// Virtual lights that share a shadow ray.
+    sharing: u32,
+    /// Whether clamped light is sought along short rays.
+    compensation: bool,
+}
+
+/// From fast to good.
+const LADDER: [Set; 5] = [
+    set(16, 3, 16, false),
+    set(20, 4, 20, false),
+    set(32, 4, 1, true),
+    set(256, 16, 16, true),
+    set(1024, 32, 16, true),
+];
 /// The error that is asked for, and the radiance from which on a pixel shows the lamp [W·sr⁻¹·m⁻²].
 const AIM: f64 = 0.05;
 const LAMP: f32 = 2.0;
 /// Samples of the picture of Mitsuba's that takes turns with ours.
 const TURN: u32 = 16;
 /// For the costs: the film's side, paths, and rings of the ball's triangles.
-const COST_SIDE: u32 = 96;
-const PATHS: [u32; 5] = [16, 64, 256, 1024, 4096];
-const RINGS: [u32; 5] = [8, 24, 72, 216, 400];
+const COST_SIDE: u32 = 128;
+const PATHS: [u32; 5] = [16, 64, 256, 512, 1024];
+const RINGS: [u32; 4] = [8, 24, 72, 160];
+
+const fn set(paths: u32, samples: u32, sharing: u32, compensation: bool) -> Set {
+    Set { paths, samples, sharing, compensation }
+}
+
+impl Set {
+    fn words(self) -> String {
+        format!("{}, {}, {}, {}", self.paths, self.samples, self.sharing, if self.compensation { "on" } else { "off" })
+    }
+}
 
 struct Bench {
     tyndall: Tyndall,
@@ -64,6 +92,8 @@ struct Bench {
 struct Truth {
     mean: Vec<[f32; 3]>,
     variance: Vec<[f32; 3]>,
+    /// Columns.
+    width: usize,
 }
 
 /// Seconds of the clock and of all threads.
@@ -102,7 +132,7 @@ impl Bench {
         }
         let mut variance = floats(&self.folder.join(format!("{name}.variance.f32")))?;
         variance.iter_mut().flatten().for_each(|value| *value /= (samples / 8 * 8) as f32);
-        Ok(Truth { mean: floats(&self.folder.join(format!("{name}.mean.f32")))?, variance })
+        Ok(Truth { mean: floats(&self.folder.join(format!("{name}.mean.f32")))?, variance, width: SIDE as usize })
     }
 
     /// Renders with Mitsuba, and gives what that took without compiling.
@@ -121,17 +151,20 @@ impl Bench {
         Ok(Cost { wall: number("seconds")?, cpu: number("cpu_seconds")? })
     }
 
-    fn ours(&self, scene: &std::path::Path, side: u32, [paths, samples]: [u32; 2]) -> Result<Run> {
+    fn ours(&self, scene: &std::path::Path, side: u32, of: Set) -> Result<Run> {
+        let Set { paths, samples, sharing, compensation } = of;
         let settings = [
             format!("film.size=[{side},{side}]"),
             format!("techniques.instant_radiosity.paths={paths}"),
             format!("techniques.instant_radiosity.samples={samples}"),
+            format!("techniques.instant_radiosity.sharing={sharing}"),
+            format!("techniques.instant_radiosity.compensation={}", if compensation { "on" } else { "off" }),
         ];
         self.tyndall.render(scene, &settings, &self.folder.join("ours.exr"))
     }
 
     /// What a picture costs beside one of 16 × 16 pixels, the median of the turns.
-    fn cost(&self, scene: &std::path::Path, side: u32, of: [u32; 2], rounds: u32) -> Result<Cost> {
+    fn cost(&self, scene: &std::path::Path, side: u32, of: Set, rounds: u32) -> Result<Cost> {
         let (mut wall, mut cpu) = (Vec::new(), Vec::new());
         for _ in 0..rounds {
             let small = self.ours(scene, 16, of)?;
@@ -146,7 +179,7 @@ impl Bench {
     fn ladder(&self, truth: &Truth, reference: u32) -> Result<String> {
         let scene = process::root().join(SCENE);
         let errors = |picture: &[[f32; 3]]| [false, true].map(|room| truth.error(picture, room));
-        let mut head = vec!["paths, camera rays".to_owned()];
+        let mut head = vec!["paths, camera rays, lights a shadow ray, short rays".to_owned()];
         for pixels in ["whole picture", "without the lamp"] {
             head.extend([pixels.to_owned(), "Mitsuba's samples for it".into(), "CPU time, ours over its".into()]);
         }
@@ -171,7 +204,7 @@ impl Bench {
             };
             law = errors(&theirs);
             let cost = Cost { wall: median(wall), cpu: median(own) };
-            let mut row = vec![format!("{}, {}", of[0], of[1]), format!("{:.2} ({:.2})", cost.cpu, cost.wall)];
+            let mut row = vec![of.words(), format!("{:.2} ({:.2})", cost.cpu, cost.wall)];
             for (i, error) in errors(&picture).into_iter().enumerate() {
                 // The error goes with 1/sqrt(samples).
                 let samples = f64::from(TURN) * (law[i] / error).powi(2);
@@ -198,10 +231,12 @@ impl Bench {
         let mut found = String::new();
         for (i, pixels) in ["the whole picture", "the picture without the lamp"].iter().enumerate() {
             match reached[i] {
-                Some(([paths, samples], cpu, error, ratio)) => writeln!(
+                Some((of, cpu, error, ratio)) => writeln!(
                     found,
-                    "- {:.0} % of {pixels}: {paths} paths and {samples} camera rays, {cpu:.2} s of CPU time at {:.2} %; **{ratio:.2} times as fast** as Mitsuba.",
+                    "- {:.0} % of {pixels}: {} paths and {} camera rays, {cpu:.2} s of CPU time at {:.2} %; **{ratio:.2} times as fast** as Mitsuba.",
                     100.0 * AIM,
+                    of.paths,
+                    of.samples,
                     100.0 * error
                 )?,
                 None => writeln!(found, "- {:.0} % of {pixels}: not reached by what was tried.", 100.0 * AIM)?,
@@ -211,7 +246,7 @@ impl Bench {
             "# Instant radiosity: speed\n\nWritten by `cargo xtask bench radiosity`, in one run of {} turns.\n\n## Against Mitsuba at equal error\n\n\
              `{SCENE}`, {SIDE} × {SIDE}, all orders, on the CPU driver, against Mitsuba's `path` (`llvm_ad_rgb`), on the same cores.\n\
              Both are held against {reference} samples a pixel of Mitsuba's, whose noise is taken off: relative RMSE over all pixels, and over \
-             those\nof less than {LAMP} W/sr/m², which leaves out the lamp. Times are CPU seconds of all threads, as other load stretches the \
+             those\nwith no pixel of {LAMP} W/sr/m² or more among their neighbours, which leaves out the lamp. Times are CPU seconds of all threads, as other load stretches the \
              clock's; ours without\nwhat a picture of 16 × 16 takes to start, load and compile, Mitsuba's without loading and compiling \
              ({:.3} CPU s a sample and pixel).\nMitsuba's samples for an error follow from its error at {TURN} ({:.2} % and {:.2} %) by \
              1/√samples. More than 1 is faster than Mitsuba.\n\n{found}\n{}\n![error against time](pictures/radiosity-error.svg)\n",
@@ -229,13 +264,13 @@ impl Bench {
         let scene = process::root().join(SCENE);
         let mut paths = Vec::new();
         for count in PATHS {
-            paths.push((f64::from(count), self.cost(&scene, COST_SIDE, [count, 16], self.rounds)?.cpu));
+            paths.push((f64::from(count), self.cost(&scene, COST_SIDE, set(count, 16, 1, true), self.rounds)?.cpu));
             println!("  {count} paths: {:.2} s", paths[paths.len() - 1].1);
         }
         let mut triangles = Vec::new();
         for rings in RINGS {
             let (path, count) = self.ball(rings)?;
-            triangles.push((f64::from(count), self.cost(&path, COST_SIDE, [64, 16], self.rounds)?.cpu));
+            triangles.push((f64::from(count), self.cost(&path, COST_SIDE, set(64, 16, 1, true), self.rounds)?.cpu));
             println!("  {count} triangles: {:.2} s", triangles[triangles.len() - 1].1);
         }
         let line = |name: &str, points: &Vec<(f64, f64)>| Line { name: name.into(), points: points.clone() };
@@ -292,8 +327,8 @@ impl Truth {
     /// A picture's relative RMSE, the truth's noise taken off; over all pixels, or over those that do not show the lamp.
     fn error(&self, picture: &[[f32; 3]], room: bool) -> f64 {
         let (mut error, mut power) = (0.0, 0.0);
-        for ((value, mean), variance) in picture.iter().zip(&self.mean).zip(&self.variance) {
-            if room && mean.iter().any(|&x| x >= LAMP) {
+        for (i, ((value, mean), variance)) in picture.iter().zip(&self.mean).zip(&self.variance).enumerate() {
+            if room && self.beside_lamp(i) {
                 continue;
             }
             for c in 0..3 {
@@ -302,6 +337,15 @@ impl Truth {
             }
         }
         (error.max(0.0) / power).sqrt()
+    }
+
+    /// Whether a pixel or one beside it shows the lamp, whose edges are in pixels that are hardly bright, too.
+    fn beside_lamp(&self, pixel: usize) -> bool {
+        let (x, y) = (pixel % self.width, pixel / self.width);
+        let beside = |at: usize, end: usize| at.saturating_sub(1)..(at + 2).min(end);
+        let rows = beside(y, self.mean.len() / self.width);
+        let mut near = rows.flat_map(|v| beside(x, self.width).map(move |u| v * self.width + u));
+        near.any(|i| self.mean[i].iter().any(|&value| value >= LAMP))
     }
 }
 
@@ -319,9 +363,14 @@ mod test {
     /// Noise of the truth is no error, and the lamp counts only where it is asked for.
     #[test]
     fn errors() {
-        let truth = Truth { mean: vec![[1.0; 3], [20.0; 3]], variance: vec![[0.04; 3], [0.0; 3]] };
-        assert!(truth.error(&[[1.2; 3], [25.0; 3]], true) < 1e-3);
-        assert!((truth.error(&[[1.2; 3], [25.0; 3]], false) - (25f64 / (400.0 + 0.96)).sqrt()).abs() < 1e-3);
-        assert!(truth.error(&[[1.5; 3], [20.0; 3]], true) > 0.4);
+        let truth = Truth {
+            mean: vec![[1.0; 3], [1.0; 3], [20.0; 3]],
+            variance: vec![[0.04; 3], [0.0; 3], [0.0; 3]],
+            width: 3,
+        };
+        assert!(truth.error(&[[1.2; 3], [4.0; 3], [25.0; 3]], true) < 1e-3);
+        let whole = (34.0f64 / 401.96).sqrt();
+        assert!((truth.error(&[[1.2; 3], [4.0; 3], [25.0; 3]], false) - whole).abs() < 1e-3);
+        assert!(truth.error(&[[1.5; 3], [1.0; 3], [20.0; 3]], true) > 0.4);
     }
 }

@@ -1,5 +1,6 @@
 //! The `tyndall` command as a user meets it: exit codes, messages, files.
 
+mod bake;
 mod compare;
 mod input;
 mod output;

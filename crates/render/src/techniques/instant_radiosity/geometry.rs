@@ -114,6 +114,11 @@ impl Geometry {
         })
     }
 
+    /// Whether any surface scatters light so.
+    pub fn any(&self, how: impl Fn(&Bsdf) -> bool) -> bool {
+        self.surfaces.iter().any(|surface| how(&surface.material.bsdf))
+    }
+
     /// A surface's material.
     pub fn bsdf(&self, surface: u32) -> &Bsdf {
         &self.surfaces[surface as usize].material.bsdf

@@ -35,6 +35,7 @@ pub use walkthrough::Walkthrough;
 use glam::Vec2;
 use tyndall_scene::World;
 use tyndall_scene::parameter::{Kind, Parameter, Settings};
+use tyndall_scene::surface::Bsdf;
 
 use super::{Recording, Role, Technique};
 use crate::graph::{Graph, Shader, shader};
@@ -75,6 +76,12 @@ pub const TECHNIQUE: Technique = Technique {
             help: "Camera rays per pixel, among which the paths are shared out",
             unit: "",
             kind: Kind::Count { min: 1, max: 1024, default: 64 },
+        },
+        Parameter {
+            name: "sharing",
+            help: "Virtual lights that share a shadow ray, to one of them by what it would add (1: each has its own)",
+            unit: "",
+            kind: Kind::Count { min: 1, max: 256, default: 1 },
         },
         Parameter {
             name: "sequence",
@@ -141,6 +148,7 @@ pub(crate) struct Gather {
     bounces: u32,
     epsilon: f32,
     seed: u32,
+    sharing: u32,
     rounds: u32,
     #[shader(size(runtime))]
     batches: Vec<Batch>,
@@ -259,6 +267,7 @@ impl Walk {
             compensation: if compensation { COMPENSATIONS } else { 0 },
             epsilon: 2e-5 * radius,
             seed: settings.number("seed") as u32,
+            sharing: settings.number("sharing") as u32,
             rounds: 0,
             batches: Vec::new(),
         }
@@ -317,6 +326,8 @@ async fn gather_pass(
         .compute("gather", &GATHER)
         .constant("NODES", geometry.bvh.nodes())
         .constant("VISITS", most_visits(gpu, geometry))
+        .constant("LOBES", geometry.any(|bsdf| matches!(bsdf, Bsdf::MetallicRoughness { .. })))
+        .constant("IMAGES", geometry.any(|bsdf| matches!(bsdf, Bsdf::Mirror { .. })))
         .world(resident)
         .read("view", &resident.view)
         .read("tile", &tile)

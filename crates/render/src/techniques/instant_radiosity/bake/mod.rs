@@ -150,6 +150,7 @@ async fn gathered(
     gather.rounds = gather.batches.len() as u32;
     let rounds = gather.rounds;
     let [nodes, corners] = walk.geometry.bvh.textures(gpu).await?;
+    let vpls = list.len() as u64;
     let list = if list.is_empty() { vec![Vpl::BLACK] } else { list };
     let places =
         gpu.table("places", atlas.size, wgpu::TextureFormat::Rgba32Uint, bytemuck::cast_slice(&atlas.places)).await?;
@@ -160,6 +161,8 @@ async fn gathered(
         .compute("bake", &BAKE)
         .constant("NODES", walk.geometry.bvh.nodes())
         .constant("VISITS", most_visits(gpu, &walk.geometry))
+        .constant("LOBES", walk.geometry.any(|bsdf| matches!(bsdf, Bsdf::MetallicRoughness { .. })))
+        .constant("IMAGES", walk.geometry.any(|bsdf| matches!(bsdf, Bsdf::Mirror { .. })))
         .world(&resident)
         .read("view", &resident.view)
         .read("tile", &tile)
@@ -174,7 +177,12 @@ async fn gathered(
         .await?;
     let mut profiler = wgpu_profiler::GpuProfiler::new(&gpu.device, wgpu_profiler::GpuProfilerSettings::default())
         .map_err(|error| RenderError::Pass { pass: "profiler".into(), message: error.to_string() })?;
-    let tiles: Vec<_> = Tile::cover(atlas.size, tile_side, 0).collect();
+    // Tiles of many virtual lights are smaller, so that work can be broken off.
+    let mut tiled = tile_side;
+    while tiled > 16 && u64::from(tiled).pow(2) * vpls > u64::from(tile_side).pow(2) * 256 {
+        tiled /= 2;
+    }
+    let tiles: Vec<_> = Tile::cover(atlas.size, tiled, 0).collect();
     for (done, &tile) in tiles.iter().enumerate() {
         graph.submit(tile, &mut profiler);
         gpu.wait()?;
