@@ -188,9 +188,7 @@ impl Handle {
     fn new(resource: Resource) -> Self {
         match resource {
             Resource::Buffer(buffer) => Handle::Buffer(buffer.clone()),
-            Resource::Texture(texture) => {
-                Handle::Texture(texture.create_view(&Default::default()), dimension(texture))
-            }
+            Resource::Texture(texture) => Handle::Texture(texture.create_view(&Default::default()), dimension(texture)),
             Resource::Level(texture, level) => {
                 let view = wgpu::TextureViewDescriptor {
                     base_mip_level: level,
