@@ -133,6 +133,11 @@ impl Gpu {
         format!("{} ({}, {})", info.name, info.backend, format!("{} {}", info.driver, info.driver_info).trim())
     }
 
+    /// Whether a CPU driver stands for the device.
+    pub fn is_cpu(&self) -> bool {
+        self.adapter.device_type == wgpu::DeviceType::Cpu
+    }
+
     fn watch(&self) {
         let trouble = self.trouble.clone();
         self.device.set_device_lost_callback(move |reason, message| {

@@ -17,6 +17,7 @@ use page::Page;
 #[command(after_help = "\
 Examples:
   tyndall reproduce fourier-opacity --out fourier
+  tyndall reproduce fourier-opacity --out look --quick
   tyndall reproduce instant-radiosity --out radiosity")]
 pub struct Arguments {
     /// Which paper
@@ -24,6 +25,10 @@ pub struct Arguments {
     /// The folder for index.html and results.json; it is made if it is not there
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Films, maps and bodies a sixteenth as large: a look at the page, of which times and pictures say little
+    /// (fourier-opacity)
+    #[arg(long)]
+    quick: bool,
     #[command(flatten)]
     rendering: RenderingArguments,
 }
@@ -41,7 +46,7 @@ impl Arguments {
     /// Runs the experiments and writes the page.
     pub fn run(&self) -> Result<(), Failure> {
         let page: Page = match self.paper {
-            Paper::FourierOpacity => fourier_opacity::page()?,
+            Paper::FourierOpacity => fourier_opacity::page(&self.rendering, self.quick, &self.out)?,
             Paper::InstantRadiosity => instant_radiosity::page(&self.rendering)?,
         };
         let index = page.write(&self.out)?;

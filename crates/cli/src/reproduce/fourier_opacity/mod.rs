@@ -1,21 +1,25 @@
-//! [Jansen10], as far as its figures are of light rays; and all bases at equal bytes.
+//! [Jansen10]: its figures and tables; and all bases at equal bytes. The figures of light rays stand here.
 
+mod bases;
+mod bench;
+mod pictures;
 mod rays;
+mod timing;
 
-use serde_json::{Value, json};
-use tyndall::math::transmittance::{Basis, Cosine, Fourier, Haar, Legendre, Moments, Slices, Window, absorbance};
-use tyndall_scene::assets::Embedded;
+use std::path::Path;
+
+use serde_json::json;
+use tyndall::math::transmittance::{Basis, Fourier, Slices, Window, absorbance};
 use tyndall_scene::image::DisplayImage;
-use tyndall_scene::{Document, World};
 
 use super::curves::{Axes, Curve, svg};
 use super::page::Page;
 use crate::failure::Failure;
-use crate::input::memory_budget;
+use crate::interrupt::Interrupt;
+use crate::render::RenderingArguments;
+use crate::say;
+use bench::Bench;
 use rays::Ray;
-
-const SCENE: &str = include_str!("../../../../../scenes/plume.toml");
-const VOLUME: &[u8] = include_bytes!("../../../../../scenes/smoke.vdb");
 
 /// Depths at which curves are drawn.
 const POINTS: u32 = 400;
@@ -39,37 +43,59 @@ fn kept(name: &str, ray: &Ray, basis: &dyn Basis) -> Curve {
     Curve { name: name.into(), points: depths().map(|d| (d, basis.transmittance(&sums, d))).collect() }
 }
 
-/// All experiments.
-pub fn page() -> Result<Page, Failure> {
+/// An experiment: what it is called while it works, and what it does.
+type Experiment = (&'static str, fn(&Bench, &mut Page) -> Result<(), Failure>);
+
+const EXPERIMENTS: [Experiment; 12] = [
+    ("figures 1a, 1b, 10: particles", pictures::particles),
+    ("figure 1c: features", features),
+    ("figure 2: coefficients", coefficient_maps),
+    ("figure 4: along a ray", counts),
+    ("figure 4: pictures", pictures::counts),
+    ("figures 5, 6, 7: bounds", bounds),
+    ("figure 8: ringing", ringing),
+    ("figure 9: hair", pictures::strands),
+    ("tables 1 and 2: times", timing::tables),
+    ("half floats", stall),
+    ("all bases: transmittance", bases::transmittances),
+    ("all bases: pictures and times", bases::pictures),
+];
+
+/// Runs all experiments, and writes the page after each: what is finished stays, whatever comes.
+pub fn page(rendering: &RenderingArguments, quick: bool, folder: &Path) -> Result<Page, Failure> {
+    let interrupt = Interrupt::watch();
+    let gpu = rendering.open()?;
+    // A CPU driver takes minutes for the paper's films.
+    let film = match (quick, gpu.is_cpu()) {
+        (true, _) => 1.0 / 16.0,
+        (false, true) => 0.25,
+        (false, false) => 1.0,
+    };
+    let bench = Bench { gpu, interrupt, film, share: if quick { 1.0 / 16.0 } else { 1.0 } };
     let mut page = Page::new("Fourier Opacity Mapping (Jansen and Bavoil 2010)");
-    let world = plume()?;
-    features(&mut page)?;
-    coefficient_maps(&mut page, &world)?;
-    counts(&mut page)?;
-    bounds(&mut page)?;
-    ringing(&mut page)?;
-    stall(&mut page);
-    bases(&mut page, &world);
+    for (i, (name, run)) in EXPERIMENTS.into_iter().enumerate() {
+        say::note(&format!("{}/{}  {name}", i + 1, EXPERIMENTS.len()));
+        let done = if bench.interrupt.pressed() { Err(Failure::Interrupted) } else { run(&bench, &mut page) };
+        if let Err(failure) = done {
+            page.section("Not finished", &format!("It ended during: {name}."));
+            page.write(folder)?;
+            return Err(failure);
+        }
+        page.write(folder)?;
+    }
     Ok(page)
 }
 
 /// Figure 1c.
-fn features(page: &mut Page) -> Result<(), Failure> {
+fn features(_: &Bench, page: &mut Page) -> Result<(), Failure> {
     page.section("Figure 1c", "Transmittance along a ray with several features, exact and with 15 coefficients.");
     let ray = rays::puffs();
     page.plot(&svg(&AXES, &[exact(&ray), kept("15 coefficients", &ray, &fourier(7))])?);
     Ok(())
 }
 
-/// The shipped plume.
-fn plume() -> Result<World, Failure> {
-    let document = Document::new("plume.toml (embedded)", SCENE);
-    let assets = Embedded(vec![("smoke.vdb", VOLUME)]);
-    World::load(document.parse()?, &assets, memory_budget()).map_err(|error| Failure::from(error.locate(&document)))
-}
-
 /// Figure 2.
-fn coefficient_maps(page: &mut Page, world: &World) -> Result<(), Failure> {
+fn coefficient_maps(_: &Bench, page: &mut Page) -> Result<(), Failure> {
     page.section(
         "Figure 2",
         "The seven coefficient maps of the plume, in parallel light from the side: a0, a1, b1, a2, b2, a3, b3. Grey is 0; each is scaled to \
@@ -77,7 +103,7 @@ fn coefficient_maps(page: &mut Page, world: &World) -> Result<(), Failure> {
     );
     const SIDE: u32 = 96;
     let basis = fourier(3);
-    let sums: Vec<_> = rays::through(world, SIDE).iter().map(|ray| ray.sums(&basis)).collect();
+    let sums: Vec<_> = rays::through(&bases::plume()?, SIDE).iter().map(|ray| ray.sums(&basis)).collect();
     let count = Basis::count(&basis) as u32;
     let greatest = |k: usize| sums.iter().map(|texel| texel[k].abs()).fold(1e-30, f64::max);
     let scales: Vec<_> = (0..count as usize).map(greatest).collect();
@@ -90,7 +116,7 @@ fn coefficient_maps(page: &mut Page, world: &World) -> Result<(), Failure> {
 }
 
 /// Figure 4, along a ray.
-fn counts(page: &mut Page) -> Result<(), Failure> {
+fn counts(_: &Bench, page: &mut Page) -> Result<(), Failure> {
     page.section(
         "Figure 4",
         "Fourier's coefficients against as many slices: root mean square error of the transmittance.",
@@ -108,7 +134,7 @@ fn counts(page: &mut Page) -> Result<(), Failure> {
 }
 
 /// Figures 5 to 7.
-fn bounds(page: &mut Page) -> Result<(), Failure> {
+fn bounds(_: &Bench, page: &mut Page) -> Result<(), Failure> {
     page.section(
         "Figures 5, 6 and 7",
         "How much the transmittance at the same places of the smoke changes, at most over the steps of a change, in root mean \
@@ -144,7 +170,7 @@ fn bounds(page: &mut Page) -> Result<(), Failure> {
 }
 
 /// Figure 8.
-fn ringing(page: &mut Page) -> Result<(), Failure> {
+fn ringing(_: &Bench, page: &mut Page) -> Result<(), Failure> {
     page.section(
         "Figure 8",
         "One layer at half depth. Its transmittance, not bounded by 1, rings whatever the number of coefficients; a window trades \
@@ -190,7 +216,7 @@ fn ringing(page: &mut Page) -> Result<(), Failure> {
 }
 
 /// Half floats.
-fn stall(page: &mut Page) {
+fn stall(_: &Bench, page: &mut Page) -> Result<(), Failure> {
     page.section(
         "Half floats",
         "Equal layers added one by one to a 16-bit a₀: the optical depth at which the sum stands still.",
@@ -209,6 +235,7 @@ fn stall(page: &mut Page) {
     };
     let rows: Vec<_> = [0.001, 0.002, 1.0 / 255.0].map(|alpha| vec![json!(alpha), json!(stalled(alpha))]).into();
     page.table("half_floats", &["opacity of a layer", "optical depth"], &rows);
+    Ok(())
 }
 
 /// A positive number rounded to 11 bits, as half floats round it.
@@ -237,59 +264,5 @@ fn errors(basis: &dyn Basis, rays: &[Ray]) -> Errors {
         mean: off.iter().sum::<f64>() / count,
         percentile: off.get(off.len() * 99 / 100).copied().unwrap_or(f64::NAN),
         rms: (off.iter().map(|x| x * x).sum::<f64>() / count).sqrt(),
-    }
-}
-
-/// A name, the numbers that it has, and a basis.
-type Named = (&'static str, Box<dyn Basis>);
-
-fn at(bytes: usize) -> Vec<Named> {
-    let numbers = bytes / 4;
-    let window = Window::Off;
-    vec![
-        ("Fourier", Box::new(fourier((numbers - 1) / 2))),
-        ("Fourier, Lanczos", Box::new(Fourier { harmonics: (numbers - 1) / 2, window: Window::Lanczos })),
-        ("cosine", Box::new(Cosine { count: numbers, window })),
-        ("Legendre", Box::new(Legendre { count: numbers })),
-        ("slices", Box::new(Slices { count: numbers })),
-        ("Haar", Box::new(Haar { count: numbers })),
-        ("power moments", Box::new(Moments::single(if numbers >= 9 { 8 } else { 6 }))),
-    ]
-}
-
-/// All bases, at equal bytes a texel.
-fn bases(page: &mut Page, world: &World) {
-    let rays = rays::through(world, 24).into_iter();
-    let plume: Vec<_> = rays.filter(|ray| !ray.segments.is_empty()).collect();
-    let own: Vec<_> = plume.iter().filter_map(|ray| ray.with_own_range(6.0)).collect();
-    let scenes = [
-        ("plume", plume),
-        ("plume, own ranges", own),
-        ("thin layers", (0..64).map(rays::layers).collect()),
-        ("strands", (0..64).map(rays::strands).collect()),
-        ("outlier", vec![rays::outlier()]),
-    ];
-    page.section(
-        "All bases at equal bytes",
-        "Absolute error of the transmittance, its mean and its 99th percentile, over rays and depths from 0 to 1, with 32 and 64 bytes a \
-         texel of 32-bit floats. Own ranges: the depths of each ray run from where smoke begins to an optical depth of 6, which \
-         takes 8 bytes more. Eight power moments take 36 bytes of the 64, six take 28 of the 32.",
-    );
-    for bytes in [32, 64] {
-        let mut columns = vec!["basis".to_owned(), "numbers".to_owned()];
-        columns.extend(scenes.iter().flat_map(|(name, _)| [format!("{name}: mean"), format!("{name}: 99 %")]));
-        let rows: Vec<Vec<Value>> = at(bytes)
-            .iter()
-            .map(|(name, basis)| {
-                let mut row = vec![json!(name), json!(basis.count())];
-                for (_, rays) in &scenes {
-                    let errors = errors(&**basis, rays);
-                    row.extend([json!(errors.mean), json!(errors.percentile)]);
-                }
-                row
-            })
-            .collect();
-        let columns: Vec<_> = columns.iter().map(String::as_str).collect();
-        page.table(&format!("bases_{bytes}_bytes"), &columns, &rows);
     }
 }

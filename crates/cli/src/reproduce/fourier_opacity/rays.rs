@@ -1,7 +1,10 @@
 //! Light rays with what absorbs along them.
 
+use glam::DVec3;
 use tyndall::math::transmittance::{Basis, absorbance};
+use tyndall_scene::Field;
 use tyndall_scene::World;
+use tyndall_scene::strands::Segment;
 
 /// What lies along a ray, at depths from 0 to 1.
 #[derive(Clone, Default)]
@@ -73,13 +76,6 @@ pub fn layers(seed: u32) -> Ray {
     Ray { primitives: (0..3).map(|i| (0.1 + 0.8 * spread(i), absorbance(0.5))).collect(), segments: Vec::new() }
 }
 
-/// A bundle of strands of hair.
-pub fn strands(seed: u32) -> Ray {
-    let spread = |i: u32, irrational: f64| (f64::from(seed * 131 + i) * irrational).fract();
-    let depth = |i: u32| 0.2 + 0.3 * (spread(i, 0.618_033_988_75) + spread(i, 0.754_877_666_2));
-    Ray { primitives: (0..40).map(|i| (depth(i), absorbance(0.15))).collect(), segments: Vec::new() }
-}
-
 /// The puffs in the first tenth, and one that is far behind them.
 pub fn outlier() -> Ray {
     let mut ray = puffs().moved(0.25, 0.0);
@@ -104,4 +100,50 @@ pub fn through(world: &World, side: u32) -> Vec<Ray> {
         Ray { primitives: Vec::new(), segments: segments.collect() }
     };
     (0..side * side).map(|i| ray(i / side, i % side)).collect()
+}
+
+/// Rays of parallel light from above through the strands of a world, `side`² of them, as far as they meet any: a fibre is a primitive,
+/// of its σ times the chord.
+pub fn through_strands(world: &World, side: u32) -> Vec<Ray> {
+    let strands = world.volumes.iter().find_map(|volume| match &volume.field {
+        Field::Strands(strands) => Some(strands),
+        _ => None,
+    });
+    let Some((strands, [low, high])) = strands.and_then(|strands| Some((strands, strands.bounds()?))) else {
+        return Vec::new();
+    };
+    let [low, high] = [low.as_dvec3(), high.as_dvec3()];
+    let length = high.y - low.y;
+    let share = |i: u32| (f64::from(i) + 0.5) / f64::from(side);
+    let ray = |i: u32| {
+        let at = DVec3::new(share(i % side), 0.0, share(i / side));
+        let origin = DVec3::new(low.x + at.x * (high.x - low.x), high.y, low.z + at.z * (high.z - low.z));
+        let mut ray = Ray::default();
+        strands.hierarchy().along(origin, DVec3::NEG_Y, 0.0, length, |body, end| {
+            let segment = strands.segment(body);
+            if let Some((distance, chord)) = crossing(&segment, origin) {
+                ray.primitives.push((distance / length, segment.density() * chord));
+            }
+            end
+        });
+        ray
+    };
+    (0..side * side).map(ray).filter(|ray| !ray.primitives.is_empty()).collect()
+}
+
+/// Where a ray downwards meets a fibre: the distance of the point next to its axis, and how far it runs within.
+fn crossing(segment: &Segment, origin: DVec3) -> Option<(f64, f64)> {
+    let [from, to] = segment.ends.map(|end| end.as_dvec3());
+    let (axis, down) = (to - from, DVec3::NEG_Y);
+    let across = axis.cross(down);
+    let sine = across.length() / axis.length();
+    if !(sine > 1e-3) {
+        return None;
+    }
+    let apart = (from - origin).dot(across) / across.length();
+    let radius = f64::from(segment.radius);
+    let along = (origin - from).cross(down).dot(across) / across.length_squared();
+    let distance = (from - origin).cross(axis).dot(down.cross(axis)) / across.length_squared();
+    let inside = apart.abs() < radius && (0.0..1.0).contains(&along);
+    inside.then(|| (distance.clamp(0.0, f64::MAX), 2.0 * (radius * radius - apart * apart).sqrt() / sine))
 }

@@ -107,8 +107,8 @@ pub const TECHNIQUE: Technique = Technique {
 /// The bases, as `math/transmittance/basis.wesl` numbers them.
 const BASES: [&str; 8] = ["fourier", "slices", "haar", "cosine", "legendre", "moments", "trigonometric", "deep"];
 
-/// Room for eight sets of four.
-const MOST_COEFFICIENTS: u32 = 31;
+/// Eight sets of four.
+const MOST_COEFFICIENTS: u32 = 32;
 
 static BOUNDS: Shader = shader!("techniques/transmittance/bounds");
 static HALF: Shader = shader!("techniques/transmittance/half");
@@ -290,7 +290,7 @@ fn numbers(basis: &str, given: u32) -> (u32, f32) {
         // Where a list is, and how long.
         "deep" => (4, 0.0),
         // A constant and pairs.
-        "fourier" => (2 * (given / 2) + 1, 0.0),
+        "fourier" => (2 * (given.min(MOST_COEFFICIENTS - 1) / 2) + 1, 0.0),
         // Twice as many moments as layers, and the zeroth. The bias is for 32-bit floats [Munstermann18].
         "moments" if given >= 9 => (9, 5e-5),
         "moments" if given >= 7 => (7, 5e-6),
