@@ -25,6 +25,8 @@ pub struct Transmittance {
     pub resolution: u32,
     /// Whether each texel has a range of depths of its own, in a set before the others.
     pub ranges: bool,
+    /// Whether optical depths are interpolated between texels, as ranges jump from one to the next, and not numbers.
+    pub apart: bool,
     /// Tiles in a row.
     pub columns: u32,
     /// Which basis, as `math/transmittance/basis.wesl` numbers them.
@@ -57,6 +59,7 @@ impl Transmittance {
             directions: 0,
             resolution: 1,
             ranges: false,
+            apart: false,
             columns: 1,
             basis: 0,
             count: 1,
@@ -66,12 +69,13 @@ impl Transmittance {
     }
 
     /// What shaders that read the maps are specialised for.
-    pub fn constants(&self) -> [(&'static str, f64); 9] {
+    pub fn constants(&self) -> [(&'static str, f64); 10] {
         [
             ("MAPPED", self.mapped.into()),
             ("PARALLEL_MAPS", self.parallel.into()),
             ("RESOLUTION", self.resolution.into()),
             ("RANGES", self.ranges.into()),
+            ("APART", self.apart.into()),
             ("COLUMNS", self.columns.into()),
             ("BASIS", self.basis.into()),
             ("COUNT", self.count.into()),
@@ -86,6 +90,7 @@ impl Transmittance {
             (0, _) => 0,
             // Four lists, of at most 2^24 events each.
             (_, 0.0) if self.basis == DEEP => 3 * 4 * 25,
+            (_, 0.0) if self.apart => 12 * u64::from(self.sets),
             (_, 0.0) => 3 * u64::from(self.sets),
             // Four roots, 48 steps and five powers each, and what goes before and after.
             _ => 3 * 1300,
