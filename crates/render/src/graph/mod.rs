@@ -209,7 +209,7 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
                 self = self.constant(name, value);
             }
         }
-        let resources: [(_, Resource); 17] = [
+        let resources: [(_, Resource); 18] = [
             ("volumes", (&resident.volumes).into()),
             ("extras", (&resident.extras).into()),
             ("bricks", (&resident.bricks).into()),
@@ -224,6 +224,7 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             ("texels", (&resident.surfaces.texels).into()),
             ("transmittance_maps", (&resident.transmittance.maps).into()),
             ("transmittances", (&resident.transmittance.texels).into()),
+            ("transmittance_events", (&resident.transmittance.events).into()),
             ("balls", (&resident.bodies.balls).into()),
             ("segments", (&resident.bodies.segments).into()),
             ("bodies", (&resident.bodies.info).into()),

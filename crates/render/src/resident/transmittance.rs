@@ -2,6 +2,9 @@
 
 use crate::{Gpu, RenderError};
 
+/// The number of deep maps among the bases: every event of a ray is kept.
+pub const DEEP: u32 = 7;
+
 /// Maps of the transmittance from the first lights.
 #[derive(Clone, Debug)]
 pub struct Transmittance {
@@ -10,6 +13,8 @@ pub struct Transmittance {
     /// `Rgba16Float` or `Rgba32Float`: numbers of the basis, a tile for each light, of it for each channel, and of that for each
     /// set of four.
     pub texels: wgpu::Texture,
+    /// `Rgba32Float`: the events of deep maps; of one texel where there are none.
+    pub events: wgpu::Texture,
     /// How many lights have maps; 0: there are none.
     pub mapped: u32,
     /// For how many directions of the environment, after the other lights; 0: it has no maps.
@@ -20,6 +25,8 @@ pub struct Transmittance {
     pub resolution: u32,
     /// Whether each texel has a range of depths of its own, in a set before the others.
     pub ranges: bool,
+    /// Whether optical depths are interpolated between texels, as ranges jump from one to the next, and not numbers.
+    pub apart: bool,
     /// Tiles in a row.
     pub columns: u32,
     /// Which basis, as `math/transmittance/basis.wesl` numbers them.
@@ -41,15 +48,18 @@ impl Transmittance {
         let zero = bytemuck::cast_slice(&[0f32; 4]);
         let maps = gpu.table("no maps", [1, 1], wgpu::TextureFormat::Rgba32Float, zero).await?;
         // Of half floats: every device interpolates them.
+        let events = gpu.table("no events", [1, 1], wgpu::TextureFormat::Rgba32Float, zero).await?;
         let texels = gpu.table("no transmittance", [1, 1], wgpu::TextureFormat::Rgba16Float, &zero[..8]).await?;
         Ok(Self {
             maps,
             texels,
+            events,
             mapped: 0,
             parallel: true,
             directions: 0,
             resolution: 1,
             ranges: false,
+            apart: false,
             columns: 1,
             basis: 0,
             count: 1,
@@ -59,12 +69,13 @@ impl Transmittance {
     }
 
     /// What shaders that read the maps are specialised for.
-    pub fn constants(&self) -> [(&'static str, f64); 9] {
+    pub fn constants(&self) -> [(&'static str, f64); 10] {
         [
             ("MAPPED", self.mapped.into()),
             ("PARALLEL_MAPS", self.parallel.into()),
             ("RESOLUTION", self.resolution.into()),
             ("RANGES", self.ranges.into()),
+            ("APART", self.apart.into()),
             ("COLUMNS", self.columns.into()),
             ("BASIS", self.basis.into()),
             ("COUNT", self.count.into()),
@@ -77,15 +88,20 @@ impl Transmittance {
     pub fn iterations(&self) -> u64 {
         match (self.mapped, self.bias) {
             (0, _) => 0,
+            // Four lists, of at most 2^24 events each.
+            (_, 0.0) if self.basis == DEEP => 3 * 4 * 25,
+            (_, 0.0) if self.apart => 12 * u64::from(self.sets),
             (_, 0.0) => 3 * u64::from(self.sets),
             // Four roots, 48 steps and five powers each, and what goes before and after.
             _ => 3 * 1300,
         }
     }
 
-    /// Bytes of the numbers of all maps.
+    /// Bytes of the numbers, and of the events, of all maps.
     pub fn bytes(&self) -> u64 {
+        let events =
+            if self.basis == DEEP { 16 * u64::from(self.events.width()) * u64::from(self.events.height()) } else { 0 };
         let texel = self.texels.format().block_copy_size(None).unwrap_or(16);
-        u64::from(self.texels.width()) * u64::from(self.texels.height()) * u64::from(texel)
+        u64::from(self.texels.width()) * u64::from(self.texels.height()) * u64::from(texel) + events
     }
 }

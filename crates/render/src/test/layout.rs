@@ -79,6 +79,7 @@ fn shared_structs_have_one_layout() {
     assert_eq!(rust_layout::<techniques::transmittance::Deposit, _>(), shader_layout(deposit, "Deposit"));
     let balls = "techniques/transmittance/balls";
     assert_eq!(rust_layout::<techniques::transmittance::Drawing, _>(), shader_layout(balls, "Drawing"));
+    assert_eq!(techniques::transmittance::LIST, shader_layout("techniques/transmittance/deep_sort", "List").1);
     let cells = "techniques/cells/cells";
     assert_eq!(rust_layout::<techniques::cells::Cells, _>(), shader_layout(cells, "Cells"));
     assert_eq!(rust_layout::<techniques::cells::Tetrahedron, _>(), shader_layout(cells, "Tetrahedron"));

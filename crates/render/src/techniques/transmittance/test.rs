@@ -199,7 +199,10 @@ fn memory_is_as_computed() {
         assert_eq!(made.bytes(), 64 * 64 * sets * size, "{settings}");
         assert_eq!(made.mapped, 1);
     }
-    assert_eq!([numbers(0, 8).0, numbers(1, 8).0, numbers(5, 8).0, numbers(5, 31).0], [9, 8, 7, 9]);
+    assert_eq!(
+        [numbers("fourier", 8).0, numbers("slices", 8).0, numbers("moments", 8).0, numbers("moments", 31).0],
+        [9, 8, 7, 9]
+    );
 }
 
 /// Moments need 32 bits.
