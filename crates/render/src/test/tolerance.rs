@@ -165,3 +165,8 @@ pub const PLUME_GROUND: f64 = 1e-3;
 pub const PLUME_INSIDE: f64 = 0.06;
 /// As [`PLUME_INSIDE`], with 7.
 pub const PLUME_INSIDE_7: f64 = 0.13;
+/// Smoke of 3000 particles against the reference, without its noise: the order within overlapping balls, 15 numbers of a light ray,
+/// the sky as 4 lights, a floor's shadow of a texel's width.
+pub const DRAWN_SMOKE: f64 = 0.06;
+/// As [`DRAWN_SMOKE`], of hair: opacities of fibres in a pixel, and in a map's texel, as if they lay there by chance.
+pub const DRAWN_HAIR: f64 = 0.09;
