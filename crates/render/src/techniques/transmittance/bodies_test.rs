@@ -10,8 +10,11 @@ use tyndall_scene::{Field, World};
 use crate::graph::{Graph, Shader, Tile, shader};
 use crate::math::bodies::{ball_passage, ball_profile, cylinder_span};
 use crate::test::probe::spread;
-use crate::test::{gpu, tolerance, world};
+use crate::test::{gpu, picture, render, tolerance, world};
 use crate::{Frame, Gpu};
+
+/// The shipped plume of particles.
+const PARTICLES: &str = include_str!("../../../../../scenes/particles.toml");
 
 static SHADOWED: Shader = shader!("test/probes/shadowed");
 
@@ -177,7 +180,6 @@ fn deep_maps_are_exact() {
             all += expected * expected;
         }
         let error = (squares / all).sqrt();
-        println!("{error}");
         assert!(error < tolerance::DEEP, "{error} with {light}");
         // And as drawn, behind all: also in channels.
         let far: Vec<_> = rays.iter().map(|(origin, way)| (*origin + 9.0 * *way).as_vec3()).collect();
@@ -187,4 +189,111 @@ fn deep_maps_are_exact() {
             assert!((deep.x - drawn.x).abs() < 1e-4 * (1.0 + drawn.x), "{deep} for {drawn}");
         }
     }
+}
+
+/// The shipped plume of 16K particles, the sky left out, with these settings of maps.
+fn plume(settings: &str, bodies: &Field) -> World {
+    let text = PARTICLES
+        .replace("[480, 480]", "[96, 96]")
+        .replace("[lights.sky.constant]\nradiance = [0.15, 0.2, 0.28]", "")
+        .replace("number = 16384", "number = 2");
+    let mut world = world(&format!("{text}\n[techniques.transmittance]\nresolution = 64\n{settings}"));
+    world.volumes[0].set_bodies(bodies.clone());
+    world
+}
+
+/// Relative root mean square error of transmittances against those of a deep map.
+fn off(found: &[Vec3], exact: &[Vec3]) -> f64 {
+    let transmittance = |depth: &Vec3| f64::from(-depth.x).exp();
+    let squares: f64 = found.iter().zip(exact).map(|(a, b)| (transmittance(a) - transmittance(b)).powi(2)).sum();
+    (squares / exact.iter().map(|b| transmittance(b).powi(2)).sum::<f64>()).sqrt()
+}
+
+/// The shadow of 16K particles on the ground is as of a deep map, with any number of coefficients; within, where the optical depth goes up
+/// to 20, more of them say more, ranges of depths for each texel as much, and slices less.
+#[test]
+fn the_plume_shades_the_ground_and_itself() {
+    let Some(gpu) = gpu() else { return };
+    let Field::Particles(particles) = world(PARTICLES).volumes.remove(0).field else { panic!("particles") };
+    let balls = particles.list().iter().step_by(16).enumerate();
+    let inside: Vec<_> = balls.map(|(i, ball)| ball.position + 0.6 * ball.radius * point(i)).collect();
+    let ground = (0..1024).map(|i| Vec3::new(4.0 * spread(i, 0) - 3.0, -0.15, 3.0 * spread(i, 1) - 2.0));
+    let positions: Vec<_> = inside.iter().copied().chain(ground).collect();
+    let bodies = Field::Particles(particles);
+    let exact = looked_up(&gpu, &plume("basis = \"deep\"", &bodies), &positions);
+    let errors = |settings: &str| {
+        let found = looked_up(&gpu, &plume(settings, &bodies), &positions);
+        let (a, b) = (found.split_at(inside.len()), exact.split_at(inside.len()));
+        let errors = [off(a.0, b.0), off(a.1, b.1)];
+        assert!(errors[1] < tolerance::PLUME_GROUND, "{} on the ground with {settings}", errors[1]);
+        errors[0]
+    };
+    let (seven, fifteen) = (errors("coefficients = 7"), errors("coefficients = 15"));
+    let whole = ["fourier", "slices"]
+        .map(|basis| errors(&format!("coefficients = 15\ndepths = \"light\"\nbasis = \"{basis}\"")));
+    assert!(seven < tolerance::PLUME_INSIDE_7, "{seven}");
+    assert!(fifteen < tolerance::PLUME_INSIDE, "{fifteen}");
+    assert!(whole[0] > 1.5 * fifteen, "{} with one range for all, {fifteen} with one a texel", whole[0]);
+    assert!(whole[1] > 1.2 * whole[0], "{} with slices, {} with as many coefficients", whole[1], whole[0]);
+}
+
+/// The order in which bodies are drawn changes sums by rounding alone; half floats stand still where what is added is less than half a step of
+/// theirs: layers of α = 0.001 at an optical depth of 4 (a0 = 8).
+#[test]
+fn sums_do_not_depend_on_the_order_and_half_floats_stall() {
+    let Some(gpu) = gpu() else { return };
+    let seen = |list: Vec<Particle>, settings: &str, positions: &[Vec3]| {
+        let fields = [Field::Particles(Arc::new(Particles::new(list).unwrap()))];
+        looked_up(&gpu, &scene(SUN, &format!("resolution = 64\n{settings}"), &fields), positions)
+    };
+    let positions: Vec<_> = (0..256).map(point).collect();
+    let one = seen(balls(200), "depths = \"light\"", &positions);
+    let other = seen(balls(200).into_iter().rev().collect(), "depths = \"light\"", &positions);
+    for (a, b) in one.iter().zip(other) {
+        assert!((a.x - b.x).abs() < 1e-4, "{a} for {b}");
+    }
+    let layer = Particle { position: Vec3::ZERO, radius: 1.0, color: Vec3::ONE, depth: -(-0.001f32).ln_1p() };
+    let behind = [4.0 * SUN_WAY.as_vec3()];
+    let [single, half] = ["single", "half"].map(|precision| {
+        seen(
+            vec![layer; 10_000],
+            &format!("coefficients = 1\ndepths = \"light\"\nprecision = \"{precision}\""),
+            &behind,
+        )[0]
+        .x
+    });
+    assert!((single - 10.0).abs() < 0.1, "{single}");
+    // A device that rounds down stands still twice as early.
+    assert!((half - 4.0).abs() < 0.1 || (half - 2.0).abs() < 0.1, "{half}");
+}
+
+/// A floor under a ball, in light from above: E·ρ/π·T. Media that are marched through receive the same shadow; without maps there is
+/// none, and the ball is refused.
+#[test]
+fn surfaces_receive_shadows_of_bodies() {
+    let Some(gpu) = gpu() else { return };
+    let scene = |maps: &str| {
+        let text = format!(
+            "camera = {{ position = [0, -0.8, 1.5], target = [0, -1, 0], fov = 0.1 }}\nfilm.size = [2, 2]\n\
+             lights.sun.directional = {{ direction = [0, -1, 0], irradiance = 3 }}\n{maps}\n\
+             materials.white.lambert.reflectance = 0.8\n\
+             surfaces.floor = {{ shape.quad = {{ corner = [-2, -1, 2], edges = [[4, 0, 0], [0, 0, -4]] }}, material = \"white\" }}\n\
+             [media.ball]\ndensity.emitter = {{ number = 2, time = 0.1 }}\noptics.coefficients = {{ sigma_s = 0.5, sigma_a = [0.5, 1, 2] }}"
+        );
+        let mut world = world(&text);
+        let ball = Particle { position: Vec3::ZERO, radius: 0.5, color: Vec3::ONE, depth: 0.7 };
+        world.volumes[0].set_bodies(Field::Particles(Arc::new(Particles::new(vec![ball]).unwrap())));
+        world
+    };
+    for basis in ["fourier", "deep"] {
+        let maps = format!("techniques.transmittance = {{ resolution = 128, basis = \"{basis}\" }}");
+        let found = picture(&gpu, &scene(&maps)).pixels[0];
+        for (found, sigma_t) in found.into_iter().zip([1.0, 1.5, 2.5f32]) {
+            let expected = 3.0 * 0.8 / std::f32::consts::PI * (-0.7 * sigma_t).exp();
+            assert!((found / expected - 1.0).abs() < 2e-3, "{found} for {expected}, {basis}");
+        }
+    }
+    let refused =
+        render(&gpu, &scene("techniques.march.model = \"absorption\"")).map(|_| "a picture").unwrap_err().to_string();
+    assert!(refused.contains("media.ball.density.emitter"), "{refused}");
 }

@@ -28,6 +28,8 @@ pub(crate) use deep::LIST;
 #[cfg(test)]
 pub(crate) use draw::Drawing;
 
+use draw::Drawn;
+
 use super::{Recording, Role, Technique, chosen, without_meshes};
 use crate::graph::{Graph, Shader, shader};
 use crate::resident::transmittance::DEEP;
@@ -158,22 +160,23 @@ async fn record(Recording { graph, resident, settings, world, .. }: Recording<'_
     let single = made.texels.format() == wgpu::TextureFormat::Rgba32Float;
     let groups = made.resolution.div_ceil(8);
     let bodies = !resident.bodies.is_empty();
-    let drawn = draw::texture(gpu, resident, single).await?;
+    let drawn = Drawn::new(gpu, resident, single).await?;
     // Bodies are drawn for one light after the other, without them all lights are alike.
     let at_once = if bodies { 1 } else { mapped };
     for first in (0..mapped).step_by(at_once as usize) {
-        if bodies {
-            draw::record(graph, resident, &lights[first as usize], first, &drawn).await?;
-        }
         deposit.light = first;
         let deposit = gpu.buffer("deposit", &deposit);
+        if bodies {
+            drawn.record(graph, resident, &lights[first as usize], first, &deposit).await?;
+        }
         graph
             .compute("transmittance.deposit", if single { &SINGLE } else { &HALF })
             .constant("WINDOW", window.unwrap_or(0) as u32)
             .constant("DRAWN", bodies)
             .world(resident)
             .read("deposit", &deposit)
-            .read("drawn", &drawn)
+            .read("drawn", &drawn.layers)
+            .read("ranges", &drawn.ranges)
             .write("written", (&made.texels, 0))
             .dispatch([groups, groups, at_once], 1)
             .await?;
@@ -204,8 +207,9 @@ async fn textures(
     let (count, bias) = numbers(name, given);
     // Constants with pairs behind them begin at the second number of the first set.
     let sets = (count + u32::from(["fourier", "trigonometric"].contains(&name))).div_ceil(4);
-    // What is drawn in any order says nowhere how far light gets.
-    let ranges = settings.choice("depths") == "texel" && resident.bodies.is_empty() && !deep;
+    // Moments say too little of how far light gets past bodies.
+    let unknown = bias > 0.0 && !resident.bodies.is_empty();
+    let ranges = settings.choice("depths") == "texel" && !unknown && !deep;
     let channels = if resident.traits.grey { 1 } else { 3 };
     let resolution = settings.number("resolution") as u32;
     let limit = gpu.device.limits().max_texture_dimension_2d;
@@ -275,6 +279,7 @@ async fn textures(
         directions: 0,
         resolution,
         ranges,
+        apart: ranges && !resident.bodies.is_empty(),
         columns,
         level,
         basis,
