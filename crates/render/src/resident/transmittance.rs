@@ -72,7 +72,7 @@ impl Transmittance {
     }
 
     /// What shaders that read the maps are specialised for.
-    pub fn constants(&self) -> [(&'static str, f64); 10] {
+    pub fn constants(&self) -> [(&'static str, f64); 11] {
         [
             ("MAPPED", self.mapped.into()),
             ("PARALLEL_MAPS", self.parallel.into()),
