@@ -1,6 +1,6 @@
 //! What particles meet: surfaces and their materials on the host.
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use tyndall_scene::surface::{Bsdf, Map, Surface};
 
 use crate::math::brdf::Brdf;
@@ -28,6 +28,8 @@ pub struct Point {
     pub shading: DVec3,
     /// Texture coordinates.
     pub uv: Vec2,
+    /// Of the vertices: multiplies the material's colour and alpha.
+    pub color: Vec4,
     /// The surface's number.
     pub surface: u32,
 }
@@ -106,6 +108,7 @@ impl Geometry {
             position: u * pa + v * pb + w * pc,
             normal,
             shading: mean.try_normalize().unwrap_or(normal),
+            color: u as f32 * a.color + v as f32 * b.color + w as f32 * c.color,
             uv: Vec2::new(uv(a.u, b.u, c.u), uv(a.v, b.v, c.v)),
             surface: corners.w,
         })
@@ -123,16 +126,20 @@ impl Geometry {
 
     /// How a point reflects; a mirror's reflectance is `base`.
     pub fn brdf(&self, point: &Point) -> Brdf {
-        let map = |map: &Option<Map>| map.as_ref().map_or(glam::Vec4::ONE, |map| map.0.at(point.uv));
+        let map = |map: &Option<Map>| map.as_ref().map_or(Vec4::ONE, |map| map.0.at(point.uv));
+        let color = point.color.truncate();
         match self.bsdf(point.surface) {
-            Bsdf::Lambert { reflectance, map: of } => {
-                Brdf { kind: 0, base: (*reflectance * map(of).truncate()).as_dvec3(), metallic: 0.0, alpha: 1.0 }
-            }
+            Bsdf::Lambert { reflectance, map: of } => Brdf {
+                kind: 0,
+                base: (*reflectance * color * map(of).truncate()).as_dvec3(),
+                metallic: 0.0,
+                alpha: 1.0,
+            },
             Bsdf::MetallicRoughness { base_color, base_color_map, metallic, roughness, metallic_roughness_map } => {
                 let factors = map(metallic_roughness_map);
                 Brdf {
                     kind: 1,
-                    base: (*base_color * map(base_color_map).truncate()).as_dvec3(),
+                    base: (*base_color * color * map(base_color_map).truncate()).as_dvec3(),
                     metallic: f64::from(metallic * factors.z),
                     alpha: f64::from(roughness * factors.y).powi(2).max(0.001),
                 }

@@ -17,8 +17,10 @@
 //! reflected by them and met something else before.
 
 pub mod bake;
+mod eye;
 pub(crate) mod geometry;
 mod punctual;
+mod representatives;
 pub mod sequence;
 pub(crate) mod sources;
 #[cfg(test)]
@@ -40,6 +42,7 @@ use crate::graph::{Graph, Shader, shader};
 use crate::resident::{Light, Resident};
 use crate::{Gpu, RenderError};
 use geometry::{Geometry, Mirror};
+use representatives::{Likeness, representatives};
 use sequence::{Sequence, radical_inverse};
 use sources::Sources;
 use vpl::{Vpl, Vpls};
@@ -55,6 +58,12 @@ pub const TECHNIQUE: Technique = Technique {
             help: "Particles that start from the lights; with mean reflectivity r there are up to paths/(1 - r) virtual lights",
             unit: "",
             kind: Kind::Count { min: 1, max: 65536, default: 64 },
+        },
+        Parameter {
+            name: "walks",
+            help: "Particles that walk for each path; the virtual lights of the paths stand for what all of them leave (1: no others)",
+            unit: "",
+            kind: Kind::Count { min: 1, max: 256, default: 32 },
         },
         Parameter {
             name: "bounces",
@@ -96,7 +105,7 @@ pub const TECHNIQUE: Technique = Technique {
             name: "clamp",
             help: "Distance below which a virtual light's 1/r^2 rises no more, relative to the scene's size (0: it does)",
             unit: "",
-            kind: Kind::Number { min: 0.0, max: 1.0, default: 0.2 },
+            kind: Kind::Number { min: 0.0, max: 1.0, default: 0.3 },
         },
         Parameter {
             name: "compensation",
@@ -114,6 +123,9 @@ static GATHER: Shader = shader!("techniques/instant_radiosity/gather");
 /// nothing is left to see.
 const COMPENSATIONS: u32 = 4;
 
+/// Lights of a lamp are clamped within so many times their distance from each other.
+const APART: f32 = 2.0;
+
 /// Planes of a surface that is a mirror, at most; what has more is not flat.
 const MOST_PLANES: usize = 8;
 
@@ -124,13 +136,16 @@ pub(crate) struct Batch {
     begin: u32,
     end: u32,
     emission: f32,
+    ray: u32,
 }
 
 /// The buffer `gather`.
 #[derive(Debug, encase::ShaderType)]
 pub(crate) struct Gather {
     bound: f32,
+    emitted_bound: f32,
     compensation: u32,
+    bounces: u32,
     epsilon: f32,
     seed: u32,
     sharing: u32,
@@ -190,6 +205,47 @@ impl Walk {
         walk::walk(&self.geometry, &self.sources, &self.sequence, &self.counts)
     }
 
+    /// The virtual lights of a picture: as many as of all paths, which stand for those of `walks` times as many.
+    fn chosen(&self, world: &World, settings: &Settings) -> Vec<Vpl> {
+        let [paths, walks, bounces, seed] =
+            ["paths", "walks", "bounces", "seed"].map(|name| settings.number(name) as u32);
+        if walks == 1 {
+            return self.lights();
+        }
+        let counts = walk::survivors(paths * walks, self.geometry.mean_reflectivity(), bounces);
+        let sequence = self.sequence.clone().of(paths * walks);
+        let all = walk::walk(&self.geometry, &self.sources, &sequence, &counts);
+        let (mut list, all): (Vec<_>, Vec<_>) = all.into_iter().partition(Vpl::is_lamp);
+        let weights = eye::contributions(world, &self.geometry, &all, self.bounds(settings).map(f64::from));
+        let count = self.counts.iter().sum::<u32>() as usize;
+        let likeness = Likeness {
+            length: 0.5 * self.geometry.sphere().1 as f32,
+            // Of what is followed but a few times it matters how often, as clamped light is sought one reflection farther.
+            bounces: if bounces <= COMPENSATIONS { bounces } else { 1 },
+        };
+        list.extend(representatives(&all, &weights, count, &likeness, seed));
+        list
+    }
+
+    /// Which camera ray, of as many as `samples`, gathers each path, by its number.
+    fn groups(&self, lights: &[Vpl], settings: &Settings) -> Vec<u32> {
+        let [paths, walks, samples] = ["paths", "walks", "samples"].map(|name| settings.number(name) as u32);
+        if walks == 1 {
+            return walk::groups(paths, samples.min(paths));
+        }
+        let count = lights.iter().filter(|vpl| !vpl.is_lamp()).count().max(1) as u32;
+        // Where lamps alone shine, all rays have their share of them.
+        walk::groups_in_turn(count.max(samples), samples)
+    }
+
+    /// The greatest cosθ·cosθ/r² [m⁻²] that is not clamped: of light that is reflected, and of light that surfaces emit. The lights of
+    /// lamps lie so close to each other that from a few times their distance none of them is seen.
+    fn bounds(&self, settings: &Settings) -> [f32; 2] {
+        let distance = settings.number("clamp") * 2.0 * self.geometry.sphere().1 as f32;
+        let apart = (self.sources.emitting_area() / f64::from(self.counts[0])).sqrt() as f32;
+        [distance, distance.min(APART * apart)].map(|d| if d > 0.0 { 1.0 / (d * d) } else { f32::MAX })
+    }
+
     /// The virtual lights of `media_paths` paths but for the lamps, for media. What is clamped is softened there: they shine like discs
     /// whose radius is the clamped distance.
     fn for_media(&self, settings: &Settings, bound: f32) -> Vec<Light> {
@@ -202,11 +258,12 @@ impl Walk {
 
     /// What the shader is told: the batches are to be filled in.
     fn gather(&self, settings: &Settings) -> Gather {
-        let radius = self.geometry.sphere().1 as f32;
-        let shortest = settings.number("clamp") * 2.0 * radius;
-        let compensation = settings.choice("compensation") == "on" && shortest > 0.0;
+        let (radius, bounds) = (self.geometry.sphere().1 as f32, self.bounds(settings));
+        let compensation = settings.choice("compensation") == "on" && settings.number("clamp") > 0.0;
         Gather {
-            bound: if shortest > 0.0 { 1.0 / (shortest * shortest) } else { f32::MAX },
+            bound: bounds[0],
+            emitted_bound: bounds[1],
+            bounces: settings.number("bounces") as u32,
             compensation: if compensation { COMPENSATIONS } else { 0 },
             epsilon: 2e-5 * radius,
             seed: settings.number("seed") as u32,
@@ -224,7 +281,7 @@ impl Walk {
 pub fn count(world: &World) -> Result<u32, RenderError> {
     let given = world.scene.techniques.get(TECHNIQUE.name);
     let settings = Settings::new(TECHNIQUE.name, TECHNIQUE.parameters, given)?;
-    Ok(Walk::new(world, &settings)?.lights().len() as u32)
+    Ok(Walk::new(world, &settings)?.chosen(world, &settings).len() as u32)
 }
 
 async fn record(
@@ -235,9 +292,9 @@ async fn record(
     if resident.surfaces.cutouts {
         tracing::warn!("surfaces: what alpha cuts away is there for techniques.instant_radiosity");
     }
-    let paths = settings.number("paths") as u32;
-    let groups = walk::groups(paths, (settings.number("samples") as u32).min(paths));
-    let (vpls, ranges) = grouped(walk.lights(), &groups, &walk.mirrors);
+    let lights = walk.chosen(world, settings);
+    let groups = walk.groups(&lights, settings);
+    let (vpls, ranges) = grouped(lights, &groups, &walk.mirrors);
     check_size(gpu, vpls.len())?;
     let mut gather = walk.gather(settings);
     gather.batches = batches(&ranges, per_round(gpu, &walk, &vpls, gather.compensation));
@@ -325,7 +382,7 @@ fn batches(groups: &[[u32; 2]], at_once: u32) -> Vec<Batch> {
         loop {
             let stop = end.min(next + at_once);
             let emission = if next == begin { 1.0 / count as f32 } else { 0.0 };
-            batches.push(Batch { offset, begin: next, end: stop, emission });
+            batches.push(Batch { offset, begin: next, end: stop, emission, ray: number });
             next = stop;
             if next >= end {
                 break;

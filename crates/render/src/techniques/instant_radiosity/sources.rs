@@ -97,6 +97,15 @@ impl Sources {
         self.sums.is_empty()
     }
 
+    /// The area of all surfaces that emit, of each side that does [m²].
+    pub fn emitting_area(&self) -> f64 {
+        let area = |source: &Source| match source {
+            Source::Triangle(emitter) => emitter.area * if emitter.double_sided { 2.0 } else { 1.0 },
+            _ => 0.0,
+        };
+        self.list.iter().map(area).sum()
+    }
+
     /// The lamps as virtual lights: with no place to choose, they are one each, in full.
     pub fn lamps(&self) -> Vec<Vpl> {
         let lamp = |source: &Source| match source {

@@ -279,7 +279,7 @@ fn the_error_falls_faster_than_by_chance() {
     let Some(gpu) = gpu() else { return };
     let of = |sequence: &str, paths: u32, seed: u32| {
         let settings = format!(
-            "paths = {paths}\nseed = {seed}\nsequence = \"{sequence}\"\nsamples = 1\nclamp = 0.1\ncompensation = \"off\"\nbounces = 1"
+            "paths = {paths}\nseed = {seed}\nsequence = \"{sequence}\"\nwalks = 1\nsamples = 1\nclamp = 0.1\ncompensation = \"off\"\nbounces = 1"
         );
         let mut world = cornell(12, &settings, "");
         world.surfaces.retain(|surface| surface.name != "short");
@@ -314,7 +314,7 @@ fn the_error_falls_faster_than_by_chance() {
 #[test]
 fn a_still_walkthrough_becomes_the_picture() {
     let Some(gpu) = gpu() else { return };
-    let world = cornell(24, "paths = 16\nsamples = 16", "");
+    let world = cornell(24, "paths = 16\nwalks = 1\nsamples = 16", "");
     let still = picture(&gpu, &world);
     let mut walkthrough = pollster::block_on(Walkthrough::new(&gpu, &world)).unwrap();
     for _ in 0..40 {

@@ -149,12 +149,13 @@ fn scattered(brdf: &Brdf, [normal, shading]: [DVec3; 2], incoming: DVec3, u: [f6
     (value.is_finite()).then_some((onward, value.min(DVec3::splat(4.0))))
 }
 
-fn reflect(direction: DVec3, normal: DVec3) -> DVec3 {
+/// The direction that a mirror of this normal gives a ray.
+pub(super) fn reflect(direction: DVec3, normal: DVec3) -> DVec3 {
     direction - 2.0 * direction.dot(normal) * normal
 }
 
 /// The way on at a smooth dielectric: reflected as often as Fresnel's equations say, else refracted.
-fn through(bsdf: &Bsdf, point: &Point, direction: DVec3, u: f64) -> DVec3 {
+pub(super) fn through(bsdf: &Bsdf, point: &Point, direction: DVec3, u: f64) -> DVec3 {
     let Bsdf::Dielectric { ior } = bsdf else { return direction };
     let entering = direction.dot(point.normal) < 0.0;
     let (normal, eta) = if entering { (point.normal, 1.0 / f64::from(*ior)) } else { (-point.normal, f64::from(*ior)) };
@@ -190,12 +191,21 @@ pub fn mirrored(vpls: &[Vpl], mirrors: &[Mirror]) -> Vec<Vpl> {
 
 /// In which of `groups`, of about the same size, each path's virtual lights are: each group has paths from all over the sequence.
 pub fn groups(paths: u32, groups: u32) -> Vec<u32> {
-    let golden = |path: &u32| (f64::from(*path) * 0.618_033_988_749_895).fract();
-    let mut order: Vec<u32> = (0..paths).collect();
+    ranks(paths).into_iter().map(|rank| (u64::from(rank) * u64::from(groups) / u64::from(paths)) as u32).collect()
+}
+
+/// As [`groups`], for representatives, which lie beside each other where their numbers do: of so many in a row each is in another group.
+pub fn groups_in_turn(count: u32, groups: u32) -> Vec<u32> {
+    let ranks = ranks(groups);
+    (0..count).map(|i| ranks[(i % groups) as usize]).collect()
+}
+
+/// Numbers in the order of multiples of the golden ratio.
+fn ranks(count: u32) -> Vec<u32> {
+    let golden = |number: &u32| (f64::from(*number) * 0.618_033_988_749_895).fract();
+    let mut order: Vec<u32> = (0..count).collect();
     order.sort_by(|a, b| golden(a).total_cmp(&golden(b)));
-    let mut groups_of = vec![0; paths as usize];
-    for (rank, path) in (0u64..).zip(order) {
-        groups_of[path as usize] = (rank * u64::from(groups) / u64::from(paths)) as u32;
-    }
-    groups_of
+    let mut ranks = vec![0; count as usize];
+    (0..).zip(order).for_each(|(rank, number)| ranks[number as usize] = rank);
+    ranks
 }

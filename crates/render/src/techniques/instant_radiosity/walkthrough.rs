@@ -193,7 +193,13 @@ impl<'a> Walkthrough<'a> {
         let offset = pixel_offset(self.groups[path as usize], paths);
         for (number, batch) in (0..).zip(&mut self.gather.batches) {
             let [begin, end] = [number, number + 1].map(|n: u32| (n * self.at_once).min(shown as u32));
-            *batch = Batch { offset, begin, end, emission: if number == 0 { 1.0 / paths as f32 } else { 0.0 } };
+            *batch = Batch {
+                offset,
+                begin,
+                end,
+                emission: if number == 0 { 1.0 / paths as f32 } else { 0.0 },
+                ray: self.groups[path as usize],
+            };
         }
         write(gpu, &self.parameters, &self.gather);
         if !list.is_empty() {
