@@ -1,7 +1,8 @@
 //! Light maps: what surfaces send out, in textures, once and for all views [Keller97].
 //!
-//! Every side of a surface that light reaches is unwrapped into one texture; a texel's middle gathers the virtual lights as a pixel
-//! does (`gather.wesl`), with the same clamping and its compensation, and as many short rays as `samples` says:
+//! Every side of a surface that light reaches is unwrapped into one texture; a texel's middle gathers the virtual lights of all paths
+//! as a pixel does (`gather.wesl`), with the same clamping and its compensation, and as many short rays as `samples` says. No lights
+//! stand for others (`walks`), as that goes by what an eye sees:
 //!
 //! L(x) = L_e(x) + ρ(x)/π · E(x)
 //!

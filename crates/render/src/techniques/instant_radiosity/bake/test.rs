@@ -52,10 +52,10 @@ fn a_furnace_is_the_same_everywhere() {
 #[test]
 fn the_cornell_box_looks_as_it_is_rendered() {
     let Some(gpu) = gpu() else { return };
-    let world = cornell(48, "paths = 32\nsamples = 1\ncompensation = \"off\"", "");
+    let world = cornell(48, "paths = 32\nwalks = 1\nsamples = 1\ncompensation = \"off\"", "");
     let (map, image) = (seen(&gpu, &world, 160, 1), picture(&gpu, &world));
     let error = linear_errors(&map, &image).relative_rmse;
-    let other = picture(&gpu, &cornell(48, "paths = 32\nsamples = 1\nseed = 1\ncompensation = \"off\"", ""));
+    let other = picture(&gpu, &cornell(48, "paths = 32\nwalks = 1\nsamples = 1\nseed = 1\ncompensation = \"off\"", ""));
     println!("baked: {:.2} % from the picture of the same lights", 100.0 * error);
     assert!(error < tolerance::BAKED, "{error}");
     let worse = linear_errors(&map, &other).relative_rmse;
