@@ -22,6 +22,7 @@ pub struct Arguments {
 }
 
 const SCENE: &str = "scenes/plume.toml";
+const SKY: &str = "scenes/sky.toml";
 const DEPOSIT: &str = "transmittance.deposit";
 const SIDES: [u32; 4] = [128, 256, 512, 1024];
 
@@ -32,13 +33,13 @@ struct Bench {
 }
 
 impl Bench {
-    /// Runs of the plume with each of these settings, which take turns.
-    fn runs(&self, settings: &[Vec<String>]) -> Result<Vec<Vec<Run>>> {
+    /// Runs of a scene with each of these settings, which take turns.
+    fn runs(&self, scene: &str, settings: &[Vec<String>]) -> Result<Vec<Vec<Run>>> {
         let mut runs = vec![Vec::new(); settings.len()];
         for _ in 0..self.rounds {
             for (number, (settings, runs)) in settings.iter().zip(&mut runs).enumerate() {
                 let picture = self.folder.join(format!("{number}.exr"));
-                runs.push(self.tyndall.render(&process::root().join(SCENE), settings, &picture)?);
+                runs.push(self.tyndall.render(&process::root().join(scene), settings, &picture)?);
             }
         }
         Ok(runs)
@@ -78,7 +79,7 @@ impl Arguments {
 /// Fourier's coefficients against as many slices, on maps of 512 x 512 texels.
 fn slices(bench: &Bench) -> Result<(String, String)> {
     let with = |basis: &str| maps(&format!("basis={basis} coefficients=7 resolution=512 depths=light"));
-    let runs = bench.runs(&[with("fourier"), with("slices")])?;
+    let runs = bench.runs(SCENE, &[with("fourier"), with("slices")])?;
     let mut rows = vec![["pass", "Fourier", "slices", "ratio"].map(String::from).to_vec()];
     for name in [DEPOSIT, "march"] {
         let [fourier, slices] = [0, 1].map(|i| pass(&runs[i], name));
@@ -93,48 +94,61 @@ fn slices(bench: &Bench) -> Result<(String, String)> {
     Ok((format!("## Against slices\n\nSeven numbers each, 512 x 512 texels.\n\n{}", table(&rows)), adapter))
 }
 
-/// The picture with maps against the inner march, each against a march at fine steps.
+/// Pictures with maps against the inner march, each against a march at fine steps: of the plume, and under a sky.
 fn inner_march(bench: &Bench) -> Result<String> {
+    let plume = [
+        ("7 of Fourier's, 128", "coefficients=7 resolution=128"),
+        ("8 cosines, 128", "basis=cosine coefficients=8 resolution=128"),
+        ("15 of Fourier's, 256", "coefficients=15 resolution=256"),
+    ];
+    let sky = [
+        ("8 cosines, 64", "basis=cosine coefficients=8 resolution=64"),
+        ("4 cosines, 32", "basis=cosine coefficients=4 resolution=32"),
+    ];
+    Ok(format!(
+        "## Against the inner march\n\nErrors are against light rays marched in fine steps. The light's part is what the passes take \
+         beyond a march without any light.\n\nThe plume in the sun, against steps of a quarter of a voxel:\n\n{}\n\
+         `{SKY}`, 16 directions, against half a voxel:\n\n{}",
+        against_march(bench, SCENE, "0.25", &plume)?,
+        against_march(bench, SKY, "0.5", &sky)?
+    ))
+}
+
+fn against_march(bench: &Bench, scene: &str, fine: &str, looked_up: &[(&str, &str)]) -> Result<String> {
     let film = "film.size=[320,240]".to_owned();
-    let march = |step: &str| vec![film.clone(), format!("techniques.march.light_step={step}")];
-    let names = [
-        "inner march, 2 voxels",
-        "inner march, 1 voxel",
-        "7 of Fourier's, 128",
-        "8 cosines, 128",
-        "15 of Fourier's, 256",
-    ];
-    let settings = [
-        march("2"),
-        march("1"),
-        maps("coefficients=7 resolution=128"),
-        maps("basis=cosine coefficients=8 resolution=128"),
-        maps("coefficients=15 resolution=256"),
-        march("0.25"),
-    ];
-    let runs = bench.runs(&settings)?;
+    let march = |setting: String| vec![film.clone(), format!("techniques.march.{setting}")];
+    let names = ["inner march, 2 voxels", "inner march, 1 voxel"].into_iter().chain(looked_up.iter().map(|of| of.0));
+    let names: Vec<_> = names.collect();
+    let mut settings = vec![march("light_step=2".into()), march("light_step=1".into())];
+    settings.extend(looked_up.iter().map(|of| maps(of.1)));
+    settings.extend([march("model=emission".into()), march(format!("light_step={fine}"))]);
+    let runs = bench.runs(scene, &settings)?;
     let last = |i: usize| read_exr(&bench.folder.join(format!("{i}.exr")));
-    let truth = last(names.len())?;
+    let truth = last(settings.len() - 1)?;
     let all = |runs: &[Run]| median(runs.iter().map(|run| run.pass));
-    let mut rows = vec![["light", "all passes", "gain over 2 voxels", "relative RMSE"].map(String::from).to_vec()];
+    let unlit = all(&runs[names.len()]);
+    let mut rows = vec![
+        ["light", "all passes", "gain over 2 voxels", "of the light's part", "relative RMSE"]
+            .map(String::from)
+            .to_vec(),
+    ];
     for (i, name) in names.iter().enumerate() {
         rows.push(vec![
             (*name).into(),
             format!("{:.0} ms", all(&runs[i]) * 1e3),
             format!("{:.1}", all(&runs[0]) / all(&runs[i])),
+            format!("{:.1}", (all(&runs[0]) - unlit) / (all(&runs[i]) - unlit)),
             format!("{:.2} %", relative_rmse(&last(i)?, &truth) * 100.0),
         ]);
     }
-    Ok(format!(
-        "## Against the inner march\n\nErrors are against light rays marched in steps of a quarter of a voxel.\n\n{}",
-        table(&rows)
-    ))
+    rows.push(vec!["no light".into(), format!("{:.0} ms", unlit * 1e3), String::new(), String::new(), String::new()]);
+    Ok(table(&rows))
 }
 
 /// The deposit by texels.
 fn texels(bench: &Bench) -> Result<String> {
     let settings = SIDES.map(|side| maps(&format!("resolution={side}")));
-    let runs = bench.runs(&settings)?;
+    let runs = bench.runs(SCENE, &settings)?;
     let points: Vec<_> =
         SIDES.iter().zip(&runs).map(|(&side, runs)| (f64::from(side).powi(2), pass(runs, DEPOSIT) * 1e3)).collect();
     let exponent = slope(&points);

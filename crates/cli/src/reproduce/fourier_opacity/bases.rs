@@ -84,7 +84,7 @@ pub fn transmittances(bench: &Bench, page: &mut Page) -> Result<(), Failure> {
     let own: Vec<_> = plume.iter().filter_map(|ray| ray.with_own_range(6.0)).collect();
     let cloud = world("cloud.toml (embedded)", CLOUD, &[])?;
     let cloud: Vec<_> = rays::through(&cloud, 10).into_iter().filter(|ray| !ray.segments.is_empty()).collect();
-    let hair = rays::through_strands(&hair(bench)?, 24);
+    let hair = rays::through_strands(&hair(bench, 2000)?, 24);
     let scenes: [(&str, Vec<Ray>); 6] = [
         ("plume", plume),
         ("plume, own ranges", own),
@@ -138,7 +138,7 @@ pub fn pictures(bench: &Bench, page: &mut Page) -> Result<(), Failure> {
     let scenes = [
         ("plume", plume()?),
         ("cloud", world("cloud.toml (embedded)", CLOUD, &sun)?),
-        ("hair", hair(bench)?),
+        ("hair", hair(bench, 2000)?),
         ("thin layers", world("layers (embedded)", LAYERS, &[])?),
         ("outlier", world("outlier (embedded)", &format!("{PLUME}\n{OUTLIER}"), &[])?),
     ];

@@ -39,6 +39,11 @@ impl Bench {
         size.map(|side| ((f64::from(side) * self.film).round() as u32).max(16))
     }
 
+    /// The pixels a side of a square picture to look at.
+    pub fn picture(&self) -> [u32; 2] {
+        [((512.0 * self.film.sqrt() * self.share.sqrt()) as u32).max(16); 2]
+    }
+
     /// The texels a side of one of its maps.
     pub fn map(&self, side: u32) -> u32 {
         ((f64::from(side) * self.share) as u32).max(16)
