@@ -137,7 +137,7 @@ fn crossing(segment: &Segment, origin: DVec3) -> Option<(f64, f64)> {
     let (axis, down) = (to - from, DVec3::NEG_Y);
     let across = axis.cross(down);
     let sine = across.length() / axis.length();
-    if !(sine > 1e-3) {
+    if sine.is_nan() || sine <= 1e-3 {
         return None;
     }
     let apart = (from - origin).dot(across) / across.length();
