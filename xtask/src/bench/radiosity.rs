@@ -181,7 +181,7 @@ impl Bench {
         let errors = |picture: &[[f32; 3]]| [false, true].map(|room| truth.error(picture, room));
         let mut head = vec!["paths, camera rays, lights a shadow ray, short rays".to_owned()];
         for pixels in ["whole picture", "without the lamp"] {
-            head.extend([pixels.to_owned(), "Mitsuba's samples for it".into(), "CPU time, ours over its".into()]);
+            head.extend([pixels.to_owned(), "Mitsuba's samples for it".into(), "Mitsuba's CPU time over ours".into()]);
         }
         head.insert(1, "CPU s (clock)".into());
         let mut rows = vec![head];
@@ -243,7 +243,7 @@ impl Bench {
             }
         }
         Ok(format!(
-            "# Instant radiosity: speed\n\nWritten by `cargo xtask bench radiosity`, in one run of {} turns.\n\n## Against Mitsuba at equal error\n\n\
+            "# Instant radiosity: speed\n\nWritten by `cargo xtask bench radiosity`, in one run; turns: {}.\n\n## Against Mitsuba at equal error\n\n\
              `{SCENE}`, {SIDE} × {SIDE}, all orders, on the CPU driver, against Mitsuba's `path` (`llvm_ad_rgb`), on the same cores.\n\
              Both are held against {reference} samples a pixel of Mitsuba's, whose noise is taken off: relative RMSE over all pixels, and over \
              those\nwith no pixel of {LAMP} W/sr/m² or more among their neighbours, which leaves out the lamp. Times are CPU seconds of all threads, as other load stretches the \
