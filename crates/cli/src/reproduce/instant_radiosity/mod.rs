@@ -86,7 +86,7 @@ fn sequence(bench: &Bench, page: &mut Page) -> Result<(), Failure> {
     let (mut rows, mut times) = (Vec::new(), Vec::new());
     for paths in [1u32, 10, 64, 256] {
         say::note(&format!("{paths} paths"));
-        let settings = [("paths", json!(paths))];
+        let settings = [("paths", json!(paths)), ("walks", json!(1))];
         let lights = instant_radiosity::count(&cornell(SIDE, &settings)?)?;
         let (image, seconds) = bench.render(SIDE, &settings)?;
         page.picture(
@@ -116,6 +116,7 @@ fn points(bench: &Bench, page: &mut Page) -> Result<(), Failure> {
         [
             ("sequence", json!(kind)),
             ("paths", json!(paths)),
+            ("walks", json!(1)),
             ("samples", json!(1)),
             ("seed", json!(seed)),
             ("bounces", json!(0)),

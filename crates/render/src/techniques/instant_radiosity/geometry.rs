@@ -17,6 +17,9 @@ pub struct Geometry {
     surfaces: Vec<Surface>,
 }
 
+/// Layers of what alpha cuts away, one behind the other, at most: as many as `resident/solid.wesl` passes.
+const LAYERS: u32 = 8;
+
 /// A point of a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
@@ -81,13 +84,32 @@ impl Geometry {
         ((low + high) / 2.0, ((high - low).length() / 2.0).max(1e-6))
     }
 
-    /// What a ray meets first; its origin is a point of a surface.
+    /// What a ray meets first, of what alpha has not cut away; its origin is a point of a surface.
     pub fn trace(&self, origin: DVec3, direction: DVec3) -> Option<Point> {
-        let limit = f32::MAX;
         // Off the surface that it leaves.
         let least = 1e-5 * self.sphere().1;
-        let hit = self.bvh.closest((origin + least * direction).as_vec3(), direction.as_vec3(), limit)?;
-        self.at(hit)
+        let mut origin = origin;
+        for _ in 0..LAYERS {
+            let hit = self.bvh.closest((origin + least * direction).as_vec3(), direction.as_vec3(), f32::MAX)?;
+            let point = self.at(hit)?;
+            if !self.cut_out(&point) {
+                return Some(point);
+            }
+            origin = point.position;
+        }
+        None
+    }
+
+    /// Whether alpha cuts a surface away at a point.
+    fn cut_out(&self, point: &Point) -> bool {
+        let material = &self.surfaces[point.surface as usize].material;
+        let Some(cutoff) = material.alpha_cutoff else { return false };
+        let map = match &material.bsdf {
+            Bsdf::Lambert { map, .. } => map,
+            Bsdf::MetallicRoughness { base_color_map, .. } => base_color_map,
+            _ => &None,
+        };
+        point.color.w * map.as_ref().map_or(1.0, |map| map.0.at(point.uv).w) < cutoff
     }
 
     /// The point of a hit.
@@ -151,6 +173,9 @@ impl Geometry {
 
     /// The radiance that a point emits [W·sr⁻¹·m⁻²].
     pub fn emission(&self, point: &Point) -> DVec3 {
+        if self.cut_out(point) {
+            return DVec3::ZERO;
+        }
         let material = &self.surfaces[point.surface as usize].material;
         let map = material.emission_map.as_ref().map_or(Vec3::ONE, |map| map.0.at(point.uv).truncate());
         (material.emission * map).as_dvec3()

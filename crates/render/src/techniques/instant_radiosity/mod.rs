@@ -8,6 +8,9 @@
 //! The bound b keeps single lights from being seen as spots in corners. What it takes away is found again, without bias, along a
 //! short ray to what is near: there G = cosθ_x·cosθ_y/r² > b, and L(y) counts (G − b)/G of its share [Kollig06].
 //!
+//! More particles walk than there are virtual lights: these stand for what all leave (`representatives.rs`), by what it counts for the
+//! picture (`eye.rs`).
+//!
 //! Visibility is by rays through a hierarchy of boxes (`resident/bvh.wesl`), and so are mirrors and glass on the way from the
 //! eye. Planar mirrors also show the virtual lights: each has an image that shines through the mirror's outline. Each camera ray
 //! of a pixel gathers its own part of the paths, so anti-aliasing takes no more lights.
@@ -289,9 +292,6 @@ async fn record(
 ) -> Result<(), RenderError> {
     let gpu = graph.gpu();
     let walk = Walk::new(world, settings)?;
-    if resident.surfaces.cutouts {
-        tracing::warn!("surfaces: what alpha cuts away is there for techniques.instant_radiosity");
-    }
     let lights = walk.chosen(world, settings);
     let groups = walk.groups(&lights, settings);
     let (vpls, ranges) = grouped(lights, &groups, &walk.mirrors);
@@ -328,6 +328,7 @@ async fn gather_pass(
         .constant("VISITS", most_visits(gpu, geometry))
         .constant("LOBES", geometry.any(|bsdf| matches!(bsdf, Bsdf::MetallicRoughness { .. })))
         .constant("IMAGES", geometry.any(|bsdf| matches!(bsdf, Bsdf::Mirror { .. })))
+        .constant("CUTOUTS", resident.surfaces.cutouts)
         .world(resident)
         .read("view", &resident.view)
         .read("tile", &tile)

@@ -66,7 +66,7 @@ fn the_cornell_box_looks_as_it_is_rendered() {
 fn the_cornell_box_agrees_with_the_reference() {
     let Some(gpu) = gpu() else { return };
     let world = cornell(32, "paths = 256\nsamples = 64", "");
-    let error = without_lamp(&seen(&gpu, &world, 96, 4), &reference(&world, None, 256));
+    let error = without_lamp(&world, &seen(&gpu, &world, 96, 4), &reference(&world, None, 256, true));
     println!("baked: {:.2} % from the reference, without the lamp", 100.0 * error);
     assert!(error < tolerance::BAKED_ROOM, "{error}");
 }
