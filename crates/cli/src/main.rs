@@ -1,5 +1,6 @@
 //! The `tyndall` command.
 
+mod bake;
 mod compare;
 mod demo;
 mod failure;
@@ -51,6 +52,7 @@ enum Command {
     Demo(demo::Arguments),
     Render(render::Arguments),
     Reference(reference::Arguments),
+    Bake(bake::Arguments),
     Compare(compare::Arguments),
     Probe(probe::Arguments),
     Reproduce(reproduce::Arguments),
@@ -78,6 +80,7 @@ fn main() -> ExitCode {
         Command::Demo(arguments) => arguments.run(),
         Command::Render(arguments) => arguments.run(),
         Command::Reference(arguments) => arguments.run(),
+        Command::Bake(arguments) => arguments.run(),
         Command::Compare(arguments) => arguments.run(),
         Command::Probe(arguments) => arguments.run(),
         Command::Reproduce(arguments) => arguments.run(),

@@ -168,15 +168,7 @@ impl<'a> Frame<'a> {
 
     /// The tiles that make up the film.
     pub(crate) fn tiles(&self) -> impl Iterator<Item = Tile> + use<> {
-        let [width, height] = self.resident.film;
-        let (side, frame) = (self.graph.gpu().tile_side(), self.frames);
-        let rows = (0..height).step_by(side as usize);
-        rows.flat_map(move |y| (0..width).step_by(side as usize).map(move |x| (x, y))).map(move |(x, y)| Tile {
-            origin: glam::uvec2(x, y),
-            size: glam::uvec2(side.min(width - x), side.min(height - y)),
-            round: 0,
-            frame,
-        })
+        Tile::cover(self.resident.film, self.graph.gpu().tile_side(), self.frames)
     }
 
     /// As [`render`](Self::render), for a part of the film.

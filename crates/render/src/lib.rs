@@ -16,6 +16,7 @@ mod probe;
 mod renderer;
 pub mod resident;
 pub mod shadows;
+pub mod sorting;
 pub mod surfaces;
 pub mod techniques;
 #[cfg(test)]

@@ -4,6 +4,7 @@ mod accuracy;
 mod fourier_opacity;
 mod memory;
 mod mitsuba;
+mod radiosity;
 mod volumes;
 
 use anyhow::{Context, Result};
@@ -17,6 +18,7 @@ pub enum Command {
     FourierOpacity(fourier_opacity::Arguments),
     Mitsuba(mitsuba::Arguments),
     Memory(memory::Arguments),
+    Radiosity(radiosity::Arguments),
     Volumes(volumes::Arguments),
 }
 
@@ -28,6 +30,7 @@ impl Command {
             Command::FourierOpacity(arguments) => arguments.run(),
             Command::Mitsuba(arguments) => arguments.run(),
             Command::Memory(arguments) => arguments.run(),
+            Command::Radiosity(arguments) => arguments.run(),
             Command::Volumes(arguments) => arguments.run(),
         }
     }

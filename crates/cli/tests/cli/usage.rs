@@ -4,7 +4,8 @@ use std::process::Stdio;
 
 use crate::{Place, Run};
 
-const COMMANDS: [&str; 9] = ["demo", "render", "reference", "compare", "probe", "reproduce", "info", "schema", "vpls"];
+const COMMANDS: [&str; 10] =
+    ["bake", "demo", "render", "reference", "compare", "probe", "reproduce", "info", "schema", "vpls"];
 
 #[test]
 fn help_shows_examples() {

@@ -10,6 +10,8 @@ pub enum Resource<'r> {
     Buffer(&'r wgpu::Buffer),
     /// A texture, bound whole.
     Texture(&'r wgpu::Texture),
+    /// One mip level of a texture.
+    Level(&'r wgpu::Texture, u32),
     /// A sampler.
     Sampler(&'r wgpu::Sampler),
 }
@@ -23,6 +25,12 @@ impl<'r> From<&'r wgpu::Buffer> for Resource<'r> {
 impl<'r> From<&'r wgpu::Texture> for Resource<'r> {
     fn from(texture: &'r wgpu::Texture) -> Self {
         Resource::Texture(texture)
+    }
+}
+
+impl<'r> From<(&'r wgpu::Texture, u32)> for Resource<'r> {
+    fn from((texture, level): (&'r wgpu::Texture, u32)) -> Self {
+        Resource::Level(texture, level)
     }
 }
 
@@ -181,6 +189,14 @@ impl Handle {
         match resource {
             Resource::Buffer(buffer) => Handle::Buffer(buffer.clone()),
             Resource::Texture(texture) => Handle::Texture(texture.create_view(&Default::default()), dimension(texture)),
+            Resource::Level(texture, level) => {
+                let view = wgpu::TextureViewDescriptor {
+                    base_mip_level: level,
+                    mip_level_count: Some(1),
+                    ..Default::default()
+                };
+                Handle::Texture(texture.create_view(&view), dimension(texture))
+            }
             Resource::Sampler(sampler) => Handle::Sampler(sampler.clone()),
         }
     }

@@ -39,6 +39,19 @@ pub struct Tile {
     pub frame: u32,
 }
 
+impl Tile {
+    /// The tiles that make up a film, of at most `side` pixels a side, row by row.
+    pub(crate) fn cover([width, height]: [u32; 2], side: u32, frame: u32) -> impl Iterator<Item = Self> {
+        let rows = (0..height).step_by(side as usize);
+        rows.flat_map(move |y| (0..width).step_by(side as usize).map(move |x| (x, y))).map(move |(x, y)| Self {
+            origin: glam::uvec2(x, y),
+            size: glam::uvec2(side.min(width - x), side.min(height - y)),
+            round: 0,
+            frame,
+        })
+    }
+}
+
 /// A list of passes.
 #[derive(Debug)]
 pub struct Graph<'a> {
@@ -57,8 +70,8 @@ struct Pass {
 
 #[derive(Debug)]
 enum Work {
-    /// An invocation a pixel of each tile, in workgroups of this size.
-    OverFilm(wgpu::ComputePipeline, [u32; 3]),
+    /// An invocation a square of so many pixels a side, in workgroups of this size.
+    OverFilm(wgpu::ComputePipeline, [u32; 3], u32),
     /// So many workgroups, once a frame.
     Dispatch(wgpu::ComputePipeline, [u32; 3]),
     /// Triangles, a batch of instances a round.
@@ -102,6 +115,18 @@ impl<'a> Graph<'a> {
         Declaration::new(self, name, shader)
     }
 
+    /// Runs every pass that runs once a frame: what is made before there is one.
+    ///
+    /// # Errors
+    /// Settings that the profiler refuses.
+    pub fn run_once(&self) -> Result<(), RenderError> {
+        let settings = wgpu_profiler::GpuProfilerSettings { enable_timer_queries: false, ..Default::default() };
+        let mut profiler = wgpu_profiler::GpuProfiler::new(&self.gpu.device, settings)
+            .map_err(|error| RenderError::Pass { pass: "profiler".into(), message: error.to_string() })?;
+        self.submit(Tile::default(), &mut profiler);
+        Ok(())
+    }
+
     /// Submits every pass for one tile of the film, a submission a round, each with its GPU time. A pass that runs once a
     /// frame does so with the first tile.
     pub fn submit(&self, tile: Tile, profiler: &mut wgpu_profiler::GpuProfiler) {
@@ -128,7 +153,11 @@ impl Pass {
         let (pipeline, [x, y, z]) = match &self.work {
             Work::Draw(drawing) => return drawing.record(self.name, &self.bind_group, tile, scope),
             Work::Dispatch(pipeline, workgroups) => (pipeline, *workgroups),
-            Work::OverFilm(pipeline, [x, y, _]) => (pipeline, [tile.size.x.div_ceil(*x), tile.size.y.div_ceil(*y), 1]),
+            Work::OverFilm(pipeline, [x, y, _], scale) => {
+                let border = if *scale > 1 { 2 } else { 0 };
+                let [width, height] = tile.size.to_array().map(|side| side.div_ceil(*scale) + border);
+                (pipeline, [width.div_ceil(*x), height.div_ceil(*y), 1])
+            }
         };
         let mut recorded = scope.scoped_compute_pass(self.name);
         recorded.set_pipeline(pipeline);
@@ -203,17 +232,20 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             ("PLANES", f64::from(traits.planes)),
             ("SHADED", f64::from(traits.shaded)),
             ("SURFACES", f64::from(traits.surfaces)),
+            ("GRADIENTS", f64::from(resident.has_gradients())),
+            ("FLAT", f64::from(resident.flat)),
         ];
         for (name, value) in constants.into_iter().chain(resident.transmittance.constants()) {
             if reflection.overrides.iter().any(|used| used == name) {
                 self = self.constant(name, value);
             }
         }
-        let resources: [(_, Resource); 18] = [
+        let resources: [(_, Resource); 19] = [
             ("volumes", (&resident.volumes).into()),
             ("extras", (&resident.extras).into()),
             ("bricks", (&resident.bricks).into()),
             ("atlas", (&resident.atlas).into()),
+            ("gradients", (&resident.gradients).into()),
             ("transfers", (&resident.transfers).into()),
             ("phases", (&resident.phases).into()),
             ("sky", (&resident.sky).into()),
@@ -276,7 +308,16 @@ impl Declaration<'_, '_, Compute> {
     /// # Errors
     /// Names that do not match the shader's, and whatever the device refuses.
     pub async fn over_film(self, rounds: u32) -> Result<(), RenderError> {
-        self.compute(rounds, Work::OverFilm).await
+        self.over_coarse_film(rounds, 1).await
+    }
+
+    /// As [`over_film`](Self::over_film), an invocation a square of `scale` pixels a side, and, where that is more than a
+    /// pixel, one square more around each tile, between which a later pass interpolates.
+    ///
+    /// # Errors
+    /// As [`over_film`](Self::over_film).
+    pub async fn over_coarse_film(self, rounds: u32, scale: u32) -> Result<(), RenderError> {
+        self.compute(rounds, |pipeline, workgroup| Work::OverFilm(pipeline, workgroup, scale)).await
     }
 
     /// Records the pass: so many workgroups along x, y, z, once a frame, in so many rounds, one after the other.

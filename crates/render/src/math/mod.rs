@@ -2,6 +2,7 @@
 
 pub mod bodies;
 pub mod brdf;
+pub mod fibre;
 pub mod octahedral;
 pub mod phase;
 pub mod ray;

@@ -34,6 +34,11 @@ impl<'a> Bricks<'a> {
         first
     }
 
+    /// Whether something is seen of bricks whose values are all alike.
+    pub fn flat(&self) -> bool {
+        self.texels.iter().any(|&[place, majorant, ..]| place == UNIFORM && f32::from_bits(majorant) > 0.0)
+    }
+
     /// The bricks as a texture, in rows of [`BRICK_ROW`].
     ///
     /// # Errors

@@ -6,6 +6,7 @@ mod bricks;
 pub mod bvh;
 pub(crate) mod environment;
 pub mod expression;
+mod gradients;
 mod light;
 mod sky;
 pub mod surfaces;
@@ -51,6 +52,10 @@ pub struct Resident {
     pub extras: wgpu::Buffer,
     /// The voxels of all bricks, a 3D texture.
     pub atlas: wgpu::Texture,
+    /// The gradients at them, where they are looked at and there is room; else of one texel.
+    pub gradients: wgpu::Texture,
+    /// Whether something is seen of bricks whose values are all alike, which have none there.
+    pub flat: bool,
     /// Where in it the bricks of grids lie.
     places: Atlas,
     /// Transfer functions and black bodies, three rows a volume.
@@ -112,12 +117,14 @@ impl Resident {
         let media = Media::new(gpu, &atlas, &volumes).await?;
         let bodies = Bodies::new(gpu, &volumes, None).await?;
         bodies.upload(gpu, &volumes);
-        Ok(Self {
+        let resident = Self {
             atlas: atlas.texture.clone(),
+            gradients: gradients::none(gpu).await?,
             places: atlas,
             view: gpu.buffer("view", &view),
             previous: gpu.buffer("previous", &view),
             volumes: media.volumes,
+            flat: media.flat,
             bricks: media.bricks,
             extras: media.extras,
             transfers: media.transfers,
@@ -140,7 +147,8 @@ impl Resident {
             sky: sky::texture(gpu, world.environment.as_deref()).await?,
             map: world.environment.clone(),
             film,
-        })
+        };
+        resident.with_gradients(gpu).await
     }
 
     /// The same with the media of `world`, whose grids are on the device already: no voxel is uploaded. Nor are bodies yet, as
@@ -153,8 +161,9 @@ impl Resident {
         volume::check(&volumes)?;
         self.places.check(&volumes)?;
         let media = Media::new(gpu, &self.places, &volumes).await?;
-        Ok(Self {
+        let resident = Self {
             volumes: media.volumes,
+            flat: media.flat,
             bricks: media.bricks,
             extras: media.extras,
             transfers: media.transfers,
@@ -167,7 +176,30 @@ impl Resident {
             transmittance: Transmittance::none(gpu).await?,
             virtual_lights: None,
             ..self.clone()
-        })
+        };
+        resident.with_gradients(gpu).await
+    }
+
+    /// The same with gradients, if they are looked at now and have not been made before.
+    async fn with_gradients(self, gpu: &Gpu) -> Result<Self, RenderError> {
+        if self.has_gradients() {
+            return Ok(self);
+        }
+        match gradients::make(gpu, &self).await? {
+            Some(gradients) => Ok(Self { gradients, ..self }),
+            None => Ok(self),
+        }
+    }
+
+    /// The same without them, as on a device that has no room.
+    #[cfg(test)]
+    pub(crate) async fn without_gradients(self, gpu: &Gpu) -> Result<Self, RenderError> {
+        Ok(Self { gradients: gradients::none(gpu).await?, ..self })
+    }
+
+    /// Whether there is a texture of gradients.
+    pub(crate) fn has_gradients(&self) -> bool {
+        self.gradients.size() == self.atlas.size()
     }
 
     /// Writes the bodies of the world that [`with_media`](Self::with_media) was given.
@@ -197,6 +229,7 @@ impl Resident {
 
 /// What the device has of media beside their voxels.
 struct Media {
+    flat: bool,
     volumes: wgpu::Buffer,
     bricks: wgpu::Texture,
     extras: wgpu::Buffer,
@@ -209,6 +242,7 @@ impl Media {
         let mut bricks = Bricks::new(atlas);
         let (volumes, extras) = volume::encode(media, &mut bricks);
         Ok(Self {
+            flat: bricks.flat(),
             volumes: gpu.buffer("volumes", &volumes),
             bricks: bricks.texture(gpu).await?,
             extras: gpu.buffer("extras", &extras),

@@ -29,13 +29,15 @@ pub struct Transmittance {
     pub apart: bool,
     /// Tiles in a row.
     pub columns: u32,
+    /// Which mip level is looked up, between two of them where it is no whole number.
+    pub level: f32,
     /// Which basis, as `math/transmittance/basis.wesl` numbers them.
     pub basis: u32,
     /// Numbers that it has.
     pub count: u32,
     /// Sets of four.
     pub sets: u32,
-    /// What is mixed into moments.
+    /// What is mixed into moments; 0: the basis is linear.
     pub bias: f32,
 }
 
@@ -61,6 +63,7 @@ impl Transmittance {
             ranges: false,
             apart: false,
             columns: 1,
+            level: 0.0,
             basis: 0,
             count: 1,
             sets: 1,
@@ -69,7 +72,7 @@ impl Transmittance {
     }
 
     /// What shaders that read the maps are specialised for.
-    pub fn constants(&self) -> [(&'static str, f64); 10] {
+    pub fn constants(&self) -> [(&'static str, f64); 11] {
         [
             ("MAPPED", self.mapped.into()),
             ("PARALLEL_MAPS", self.parallel.into()),
@@ -77,6 +80,7 @@ impl Transmittance {
             ("RANGES", self.ranges.into()),
             ("APART", self.apart.into()),
             ("COLUMNS", self.columns.into()),
+            ("LEVEL", self.level.into()),
             ("BASIS", self.basis.into()),
             ("COUNT", self.count.into()),
             ("SETS", self.sets.into()),
@@ -93,15 +97,16 @@ impl Transmittance {
             (_, 0.0) if self.apart => 12 * u64::from(self.sets),
             (_, 0.0) => 3 * u64::from(self.sets),
             // Four roots, 48 steps and five powers each, and what goes before and after.
-            _ => 3 * 1300,
+            _ => 3 * 1500,
         }
     }
 
-    /// Bytes of the numbers, and of the events, of all maps.
+    /// Bytes of the numbers, and of the events, of all maps, their mip levels among them.
     pub fn bytes(&self) -> u64 {
         let events =
             if self.basis == DEEP { 16 * u64::from(self.events.width()) * u64::from(self.events.height()) } else { 0 };
         let texel = self.texels.format().block_copy_size(None).unwrap_or(16);
-        u64::from(self.texels.width()) * u64::from(self.texels.height()) * u64::from(texel) + events
+        let whole = u64::from(self.texels.width()) * u64::from(self.texels.height()) * u64::from(texel);
+        (0..self.texels.mip_level_count()).map(|level| whole >> (2 * level)).sum::<u64>() + events
     }
 }

@@ -3,7 +3,7 @@
 use glam::{Mat4, UVec2, UVec3, Vec2, Vec3, Vec4};
 use tyndall_scene::Field;
 use tyndall_scene::description::{Isosurface, Optics, Plane};
-use tyndall_scene::volume::{BRICK_CELLS, Grid};
+use tyndall_scene::volume::{BRICK_CELLS, Brick, Grid};
 
 use super::bricks::Bricks;
 use super::tables::{self, TRANSFER_ENTRIES};
@@ -71,6 +71,8 @@ pub struct Volume {
     pub gradient_last: f32,
     /// How much a metre of it can change a ray, at most [m⁻¹]; of a volume without voxels.
     pub majorant: f32,
+    /// The highest value of its voxels less the lowest; 1 where they are alike.
+    pub value_range: f32,
 }
 
 /// The buffer `volumes`.
@@ -157,6 +159,9 @@ fn encode_volume(volume: &tyndall_scene::Volume) -> Volume {
         Field::Grid(grid) => {
             encoded.field = 2;
             (encoded.bricks, encoded.brick_scale, encoded.brick_offset, encoded.brick_limit) = brick_map(grid);
+            let range = |[low, high]: [f32; 2], brick: &Brick| [low.min(brick.low), high.max(brick.high)];
+            let [low, high] = grid.bricks().iter().fold([f32::MAX, f32::MIN], range);
+            encoded.value_range = if high > low { high - low } else { 1.0 };
         }
         Field::Sphere(sphere) => {
             encoded.field = 3;

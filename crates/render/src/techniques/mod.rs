@@ -4,6 +4,7 @@ pub mod cells;
 pub mod direct;
 pub mod instant_radiosity;
 pub mod march;
+pub mod particles;
 pub mod project;
 pub mod slicing;
 pub mod splatting;
@@ -37,11 +38,16 @@ pub enum Role {
 impl Role {
     /// The technique of a scene that names none of this role.
     fn default(self, scene: &tyndall_scene::Scene) -> Option<&'static Technique> {
-        let meshes = scene.media.values().all(|medium| matches!(medium.density, Density::Mesh { .. }));
+        let all = |kind: fn(&Density) -> bool| {
+            !scene.media.is_empty() && scene.media.values().all(|medium| kind(&medium.density))
+        };
         match self {
-            Role::Media if meshes && !scene.media.is_empty() => Some(&cells::TECHNIQUE),
+            Role::Media if all(|density| matches!(density, Density::Mesh { .. })) => Some(&cells::TECHNIQUE),
+            Role::Media if all(|density| density.bodies().is_some()) => Some(&particles::TECHNIQUE),
             Role::Media => Some(&march::TECHNIQUE),
             Role::Surfaces => Some(&direct::TECHNIQUE),
+            // Drawn one by one, bodies cannot march to lights.
+            Role::Shadows if all(|density| density.bodies().is_some()) => Some(&transmittance::TECHNIQUE),
             Role::Shadows => None,
         }
     }
@@ -164,14 +170,18 @@ pub fn chosen(scene: &tyndall_scene::Scene) -> Result<Vec<Chosen>, RenderError> 
     Ok(chosen)
 }
 
+/// Who renders particles and strands.
+const BODIES: &str =
+    "particles and strands, with no other media beside them, with techniques.particles; or `tyndall reference`";
+
 /// Refuses bodies in place of a field over a box (the cells of a mesh, particles, strands), in the name of a technique that does not
 /// render it.
 fn without_bodies(world: &World, technique: &str) -> Result<(), RenderError> {
     for volume in &world.volumes {
         let (density, what, accepted) = match &volume.field {
             Field::Mesh(_) => ("mesh", "a mesh", "a mesh with techniques.cells"),
-            Field::Particles(_) => ("particles", "particles", "particles with `tyndall reference`"),
-            Field::Strands(_) => ("strands", "strands", "strands with `tyndall reference`"),
+            Field::Particles(_) => ("particles", "particles", BODIES),
+            Field::Strands(_) => ("strands", "strands", BODIES),
             _ => continue,
         };
         let density = world.scene.media.get(&volume.name).and_then(|medium| medium.density.bodies()).unwrap_or(density);

@@ -80,6 +80,13 @@ pub const HIT: f32 = 1e-3;
 /// A closed enclosure of reflectance 0.5 with 256 paths: 1/256 of the light is left out after eight reflections, the rest is noise of
 /// short rays.
 pub const FURNACE: f32 = 0.01;
+/// As [`FURNACE`], of a texel alone: short rays at random.
+pub const BAKED_TEXEL: f32 = 0.1;
+/// Relative RMSE of a light map against the picture of the same virtual lights: interpolation between texels at edges of shadows.
+pub const BAKED: f64 = 0.01;
+/// The same against the reference, without the lamp, 256 paths and 96 texels a side: a picture of as many paths is some 8 % off, the
+/// rest are edges of shadows.
+pub const BAKED_ROOM: f64 = 0.12;
 /// Relative RMSE of instant radiosity, of the whole picture, against the reference. Where a lamp is in view it is most of what this is
 /// relative to: the room alone is some 8 % off (docs/radiosity.md).
 pub const RADIOSITY: f64 = 0.03;
@@ -118,6 +125,10 @@ pub const MAPPED: f64 = 2e-4;
 pub const MAPPED_BALL: f64 = 0.02;
 /// As [`MAPPED_BALL`], of a lamp within it: the extinction begins at the lamp, with a step that rings.
 pub const MAPPED_WITHIN: f64 = 0.03;
+/// Places in a map that are found once a ray, against such as are found at every sample: roundings of distances.
+pub const MAPPED_ALONG: f64 = 1e-4;
+/// As [`MAPPED_BALL`], with nine sums of moments: they bound the part of the optical depth, so that a tenth of it is e^{−0.6} of light.
+pub const MAPPED_MOMENTS: f64 = 0.3;
 /// The plume with maps of 7 coefficients of Fourier's series against the inner march, whose own error is 0.8 %.
 pub const MAPPED_PLUME_7: f64 = 0.035;
 /// As [`MAPPED_PLUME_7`], with 15, or with 11 cosines: what the issue asks for.
@@ -131,6 +142,27 @@ pub const LIT_SMOKE: f32 = 0.15;
 /// The march through one grid against that of any media: positions are rounded differently, which now and then takes the
 /// next entry of a transfer function.
 pub const ONE_GRID: f64 = 1e-4;
+/// Shading by stored gradients, half floats relative to the range of values (2^-11 of each), against six reads.
+pub const STORED_GRADIENTS: f64 = 5e-4;
+/// Balls drawn by their closed form: some ten roundings, and what a rim loses of q where the eye is near.
+pub const BALLS: f64 = 2e-5;
+/// 150 balls, one laid over the other: a rounding each.
+pub const MANY_BALLS: f64 = 1e-4;
+/// Balls up to a surface, whose distance is found in single precision: see [`DISTANCE`].
+pub const CUT_BALLS: f64 = 1e-4;
+/// Two balls of opacity 0.95 without an order, by 7 coefficients: what ringing lets through of the farther one.
+pub const HIDDEN: f64 = 0.06;
+/// A ball of an optical depth of 1e-3: what is lost of its own light, and where in it that is scattered.
+pub const THIN_BALL: f64 = 2e-3;
+/// Gauss' rule of 6 points over a fibre's width, of an optical depth of 4 at most; WGSL allows `asin` an error of 5e-4.
+pub const PROBE_FIBRE: f64 = 2e-3;
+/// A fibre over 45 pixels, in four places: a fifth of a pixel at either end, and where it is bent ribbons are cut slantwise.
+pub const FIBRE: f64 = 0.02;
+/// What a pixel changes from frame to frame beyond what it should, at most, relative to the brightest: balls of opacity 0.3 that
+/// change places show, of red against blue, at most 0.3² of that; where they overlap others are before them, and 0.01 was found.
+pub const POPPING: f64 = 0.02;
+/// As [`POPPING`], the root of the mean square: one pixel in a thousand or so shows such a change.
+pub const POPPING_MEAN: f64 = 0.001;
 /// Optical depths of balls ten texels of a lamp's map wide, whose profiles are interpolated linearly: second order in a tenth.
 pub const DRAWN: f64 = 0.012;
 /// As [`DRAWN`], of cylinders: their profiles have vertical rims, and their ends, some of which a lamp looks at, are edges.

@@ -3,7 +3,7 @@
 use std::io::Cursor;
 use std::sync::Arc;
 
-use glam::{Vec2, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 use image::{ImageDecoder as _, ImageFormat, ImageReader, Limits};
 
 use crate::volume::Budget;
@@ -88,6 +88,14 @@ impl Texture {
         let picture = image::DynamicImage::from_decoder(decoder).map_err(corrupt)?.into_rgba8();
         let texels = picture.pixels().map(|pixel| pixel.0).collect();
         Ok(Self { width, height, texels, srgb })
+    }
+
+    /// A texture of linear red, green and blue from 0 to 1, row by row from the top: in sRGB, rounded to 8 bits. Missing rows are black.
+    pub fn of_light([width, height]: [u32; 2], values: impl Iterator<Item = Vec3>) -> Self {
+        let byte = |x: f32| (srgb_from_linear(x.clamp(0.0, 1.0)) * 255.0).round() as u8;
+        let mut texels: Vec<_> = values.map(|v| [byte(v.x), byte(v.y), byte(v.z), 255]).collect();
+        texels.resize(width as usize * height as usize, [0, 0, 0, 255]);
+        Self { width, height, texels, srgb: true }
     }
 
     /// Bytes of memory.

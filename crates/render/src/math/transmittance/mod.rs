@@ -7,7 +7,7 @@
 //! A_k = Σ_i −ln(1 − α_i) D_k(z_i) + Σ_segments σ ∫ D_k dz,  τ(d) = Σ_k A_k G_k(d),  T(d) = e^{−max(τ(d), 0)}
 //!
 //! with G_k the integral from 0 of a function F_k of the basis, of which D_k is the dual. Moments keep sums of the same kind and
-//! find τ from them by other means ([`moments`]).
+//! find τ from them by other means ([`moments`], [`trigonometric`]).
 
 pub mod cosine;
 pub mod fourier;
@@ -16,9 +16,11 @@ pub mod legendre;
 pub mod moments;
 #[cfg(test)]
 mod probe;
+pub mod roots;
 pub mod slices;
 #[cfg(test)]
 mod test;
+pub mod trigonometric;
 pub mod window;
 
 pub use cosine::Cosine;
@@ -27,6 +29,7 @@ pub use haar::Haar;
 pub use legendre::Legendre;
 pub use moments::Moments;
 pub use slices::Slices;
+pub use trigonometric::Trigonometric;
 pub use window::Window;
 
 /// The greatest absorbance of a primitive: α = 1 would be infinite. Its transmittance is e^{−10}, which no one sees.

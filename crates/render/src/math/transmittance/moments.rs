@@ -4,7 +4,7 @@
 //! gives the least and the greatest part that can lie before a depth; what is taken lies between them. It is exact for as many
 //! layers as half the moments; T(1) is not exact, as the bound takes a share of the last layer.
 
-use super::Basis;
+use super::{Basis, roots::roots};
 
 /// Sums b₀ and b₁ … b_m, with m = 4, 6 or 8.
 #[derive(Clone, Copy, Debug)]
@@ -108,39 +108,4 @@ fn others(b: &[f64], x: f64) -> Vec<f64> {
         q[i] = (q[i] - (i + 1..=n).map(|k| lower[k][i] * q[k]).sum::<f64>()) / lower[i][i];
     }
     roots(&q)
-}
-
-/// The roots of a polynomial, lowest power first, all of which are real: Newton's iteration from beyond the largest, which
-/// cannot miss it, then the next of what is left.
-fn roots(polynomial: &[f64]) -> Vec<f64> {
-    let mut left: Vec<f64> = polynomial.to_vec();
-    let mut found = Vec::new();
-    while left.len() > 1 {
-        let degree = left.len() - 1;
-        let lead = left[degree];
-        // No root is larger than this [Cauchy].
-        let bound = left[..degree].iter().map(|c| (c / lead).abs()).fold(0.0, f64::max) + 1.0;
-        let mut root = bound;
-        for _ in 0..200 {
-            let (mut value, mut slope) = (0.0, 0.0);
-            for &c in left.iter().rev() {
-                slope = slope * root + value;
-                value = value * root + c;
-            }
-            let step = value / slope;
-            if !step.is_finite() || step.abs() <= 1e-15 * root.abs().max(1.0) {
-                break;
-            }
-            root -= step;
-        }
-        found.push(root);
-        // Horner's division.
-        let mut carried = 0.0;
-        for c in left.iter_mut().rev() {
-            carried = carried * root + *c;
-            *c = carried;
-        }
-        left.remove(0);
-    }
-    found
 }

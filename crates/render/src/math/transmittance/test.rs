@@ -2,7 +2,7 @@
 
 use half::f16;
 
-use super::{Basis, Cosine, Fourier, Haar, Legendre, Moments, Slices, Window, absorbance};
+use super::{Basis, Cosine, Fourier, Haar, Legendre, Moments, Slices, Trigonometric, Window, absorbance};
 use crate::test::tolerance;
 
 /// Numbers in [0, 1), evenly spread.
@@ -29,6 +29,7 @@ fn promising() -> Vec<(&'static str, Box<dyn Basis>)> {
 fn all() -> Vec<(&'static str, Box<dyn Basis>)> {
     let mut all = promising();
     all.extend([4, 6, 8].map(|moments| ("moments", Box::new(Moments::single(moments)) as Box<dyn Basis>)));
+    all.extend([2, 3, 4].map(|m| ("trigonometric", Box::new(Trigonometric::single(m)) as Box<dyn Basis>)));
     all
 }
 
@@ -165,25 +166,70 @@ fn half_floats_stall() {
     assert!((found - 7.83).abs() < 0.005 && (exact - 8.02).abs() < 0.005, "{found} for {exact}");
 }
 
-/// m moments are exact for m/2 layers, but for the bias and the share that is taken of a layer at the depth itself.
-#[test]
-fn moments_know_few_layers() {
-    for moments in [4, 6, 8] {
-        let layers: Vec<_> = (0..moments / 2).map(|i| ((i as f64 + 0.7) / (moments as f64 / 2.0 + 0.4), 0.5)).collect();
-        let sums = sums(&Moments::single(moments), &layers);
+/// Layers that so many moments tell apart, half as many as there are real numbers, are exact, but for the bias and the share that is
+/// taken of a layer at the depth itself. Depths as near to a layer as `beside` are left out: there the bound changes over the
+/// width of the bias.
+fn check_layers(count: usize, beside: f64, basis: impl Fn(f64) -> Box<dyn Basis>, single: f64) {
+    let layers: Vec<_> = (0..count).map(|i| ((i as f64 + 0.7) / (count as f64 + 0.4), 0.5)).collect();
+    for (bias, most) in [(single, tolerance::BIASED_MOMENTS), (1e-12, tolerance::MOMENTS)] {
+        let basis = basis(bias);
+        let sums = sums(&*basis, &layers);
         for i in 0..=200 {
             let d = f64::from(i) / 200.0;
-            // Next to a layer the bound changes over the width of the bias.
-            if layers.iter().any(|(z, _)| (z - d).abs() < 0.06) {
+            if layers.iter().any(|(z, _)| (z - d).abs() < beside) {
                 continue;
             }
             let expected = 0.5 * layers.iter().filter(|(z, _)| *z < d).count() as f64;
-            for (bias, most) in
-                [(Moments::single(moments).bias, tolerance::BIASED_MOMENTS), (1e-12, tolerance::MOMENTS)]
-            {
-                let found = Moments { moments, bias }.optical_depth(&sums, d);
-                assert!((found - expected).abs() < most, "{found} for {expected} of {moments} at {d}");
+            let found = basis.optical_depth(&sums, d);
+            assert!((found - expected).abs() < most, "{found} for {expected} of {count} layers at {d}, bias {bias}");
+        }
+    }
+}
+
+/// m power moments are exact for m/2 layers, m trigonometric ones for m.
+#[test]
+fn moments_know_few_layers() {
+    for moments in [4, 6, 8] {
+        let single = Moments::single(moments).bias;
+        check_layers(moments / 2, 0.06, |bias| Box::new(Moments { moments, bias }), single);
+    }
+    for moments in [2, 3, 4] {
+        let single = Trigonometric::single(moments).bias;
+        check_layers(moments, 0.06, |bias| Box::new(Trigonometric { moments, bias }), single);
+    }
+}
+
+/// What lies at one end of the ray is not taken for what lies at the other: the circle's empty angle is between them.
+#[test]
+fn a_circle_of_depths_is_open() {
+    for moments in [2, 3, 4] {
+        let basis = Trigonometric::single(moments);
+        for (layer, depth, expected) in [(0.02, 0.5, 1.0), (0.98, 0.5, 0.0)] {
+            let found = basis.optical_depth(&sums(&basis, &[(layer, 1.0)]), depth);
+            assert!((found - expected).abs() < tolerance::BIASED_MOMENTS, "{found} for {expected}, {moments} moments");
+        }
+    }
+}
+
+/// All roots, also where some are far from the others.
+#[test]
+fn real_roots_are_found() {
+    for expected in
+        [vec![0.5], vec![2.0, -1.0], vec![1000.0, 1.0, 0.5], vec![40.0, 0.3, 0.1, -7.0], vec![900.0, 899.0, -0.01]]
+    {
+        let mut polynomial = vec![3.0];
+        for root in &expected {
+            polynomial.insert(0, 0.0);
+            for k in 1..polynomial.len() {
+                polynomial[k - 1] -= root * polynomial[k];
             }
+        }
+        let mut found = super::roots::roots(&polynomial);
+        let mut expected = expected;
+        found.sort_by(f64::total_cmp);
+        expected.sort_by(f64::total_cmp);
+        for (found, expected) in found.iter().zip(&expected) {
+            assert!((found / expected - 1.0).abs() < tolerance::MOMENTS, "{found} for {expected}");
         }
     }
 }

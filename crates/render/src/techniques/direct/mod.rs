@@ -68,9 +68,13 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
         radius: settings.number("shadow_radius"),
     };
     same_directions(resident, settings)?;
-    let mut lights = resident.lights.clone();
-    lights.extend(environment::lights(resident, settings.number("environment_directions") as u32));
-    lights.extend(emitters::lights(&world.surfaces, settings.number("area_points") as u32));
+    let mut lights = Vec::new();
+    // Where light maps are, nothing reflects, and no light needs a shadow map.
+    if world.surfaces.iter().any(|surface| reflects(&surface.material.bsdf)) {
+        lights.extend(resident.lights.iter().copied());
+        lights.extend(environment::lights(resident, settings.number("environment_directions") as u32));
+        lights.extend(emitters::lights(&world.surfaces, settings.number("area_points") as u32));
+    }
     let casts = Shadows::plan(gpu, resident, &mut lights, &options)?;
     let stride = Stride {
         step: settings.number("light_step"),
@@ -110,6 +114,15 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
         .await
 }
 
+/// Whether a surface reflects light of lights at points.
+fn reflects(bsdf: &Bsdf) -> bool {
+    match bsdf {
+        Bsdf::Lambert { reflectance, .. } => *reflectance != glam::Vec3::ZERO,
+        Bsdf::MetallicRoughness { .. } => true,
+        Bsdf::Mirror { .. } | Bsdf::Dielectric { .. } => false,
+    }
+}
+
 /// Refuses other directions of the environment than those that have maps of transmittance.
 fn same_directions(resident: &Resident, settings: &Settings) -> Result<(), RenderError> {
     let (found, mapped) = (settings.number("environment_directions") as u32, resident.transmittance.directions);
@@ -119,7 +132,7 @@ fn same_directions(resident: &Resident, settings: &Settings) -> Result<(), Rende
     Err(FieldError {
         path: "techniques.direct.environment_directions".into(),
         found: format!("{found} directions, beside maps of transmittance for {mapped}"),
-        accepted: format!("{mapped}, as many as techniques.march has"),
+        accepted: format!("{mapped}, as many as the technique of media has"),
     }
     .into())
 }

@@ -16,12 +16,13 @@
 //! (caustics), and light that meets two mirrors in a row on its way from a virtual light; both are where a particle was
 //! reflected by them and met something else before.
 
+pub mod bake;
 pub(crate) mod geometry;
 mod punctual;
 pub mod sequence;
 pub(crate) mod sources;
 #[cfg(test)]
-mod test;
+pub(crate) mod test;
 pub(crate) mod vpl;
 pub mod walk;
 pub(crate) mod walkthrough;

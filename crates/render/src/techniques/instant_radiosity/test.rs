@@ -12,7 +12,7 @@ use super::{TECHNIQUE, Walk, Walkthrough, walk};
 use crate::test::{gpu, picture, tolerance, world};
 
 /// A cube of quads that face inwards, of reflectance and radiance, seen from within.
-fn furnace(reflectance: f32, radiance: f32, settings: &str) -> World {
+pub(crate) fn furnace(reflectance: f32, radiance: f32, settings: &str) -> World {
     let quad = |name: &str, corner: [f32; 3], u: [f32; 3], v: [f32; 3]| {
         format!(
             "[surfaces.{name}]\nshape.quad = {{ corner = {corner:?}, edges = [{u:?}, {v:?}] }}\nmaterial = \"m\"\nradiance = {radiance}\n"
@@ -91,7 +91,7 @@ transform = { rotate = [0, -16, 0], translate = [0.67, 0, 0.65] }
 "#;
 
 /// The reference's picture of a world, of light scattered up to `depth` times.
-fn reference(world: &World, depth: Option<u32>, samples: u32) -> Image {
+pub(crate) fn reference(world: &World, depth: Option<u32>, samples: u32) -> Image {
     let options = tyndall_reference::Options { samples: Some(samples), depth, ..Default::default() };
     tyndall_reference::render(world, &options, None, &mut |_| std::ops::ControlFlow::Continue(())).unwrap()
 }
@@ -156,7 +156,7 @@ fn first_points_are_even() {
 }
 
 /// The relative bias over the pixels that show no lamp: a lamp is so bright that it is most of what errors are relative to.
-fn without_lamp(image: &Image, truth: &Image) -> f64 {
+pub(crate) fn without_lamp(image: &Image, truth: &Image) -> f64 {
     let dim = |i: &usize| truth.pixels[*i].iter().all(|&x| x < 2.0);
     let kept: Vec<usize> = (0..truth.pixels.len()).filter(dim).collect();
     let statistics = truth.statistics.as_ref().unwrap();

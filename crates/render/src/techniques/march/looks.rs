@@ -9,8 +9,11 @@ use tyndall_scene::phase::PhaseFunction;
 use tyndall_scene::volume::{Grid, Voxels};
 use tyndall_scene::{Field, PlacedGrid, Temperature, World, black_body, metrics};
 
-use crate::Gpu;
+use super::TECHNIQUE;
+use crate::renderer::read_film;
+use crate::resident::Resident;
 use crate::test::{FIRE, PLUME, gpu, picture, shipped, tolerance, world, world_of};
+use crate::{Frame, Gpu};
 
 /// Looks along −z through the middle of the unit cube around the origin, nearly perpendicular to its faces.
 const CAMERA: &str = "camera = { position = [0, 0, 5], target = [0, 0, 0], fov = 0.001 }\nfilm.size = [2, 2]\n";
@@ -63,7 +66,7 @@ fn a_ball() {
 fn an_expression() {
     let Some(gpu) = gpu() else { return };
     let text = "camera = { position = [0.5, -3, 0.5], target = [0.5, 0, 0.5], up = [0, 0, 1], fov = 0.001 }\n\
-        film.size = [2, 2]\nlights.sky.constant.radiance = 1\ntechniques.march.model = \"absorption\"\n[media.fog]\n\
+        film.size = [2, 2]\nlights.sky.constant.radiance = 1\ntechniques.march.model = \"absorption\"\n[media.other]\n\
         density.expression = { min = [0, 0, 0], max = [1, 1, 1], wgsl = \"exp(-p.y / 0.3)\" }\n\
         optics.coefficients.sigma_a = 4";
     let depth = 4.0 * 0.3 * -(-1.0f64 / 0.3).exp_m1();
@@ -75,7 +78,7 @@ fn an_expression() {
 fn noise() {
     let Some(gpu) = gpu() else { return };
     let world = world(&format!(
-        "{CAMERA}{SKY}techniques.march.model = \"absorption\"\n[media.fog]\noptics.coefficients.sigma_a = 3\n\
+        "{CAMERA}{SKY}techniques.march.model = \"absorption\"\n[media.other]\noptics.coefficients.sigma_a = 3\n\
          density.noise = {{ min = [-0.5, -0.5, -0.5], max = [0.5, 0.5, 0.5], scale = 0.4, octaves = 3, threshold = -0.2 }}"
     ));
     let value = |z: f64| f64::from(world.volumes[0].field.value(Vec3::new(0.5, 0.5, z as f32)));
@@ -323,6 +326,50 @@ fn one_grid_is_marched_as_many_media() {
         let (found, expected) = (Picture::Linear(seen(settings, "")), Picture::Linear(seen(settings, other)));
         let errors = metrics::compare(&found, &expected, &Default::default()).unwrap().linear.unwrap();
         assert!(errors.relative_rmse <= tolerance::ONE_GRID, "{optics}, {settings}: {}", errors.relative_rmse);
+    }
+}
+
+/// One read of a stored gradient gives what six reads of values give, in a grid that is alone and beside another medium, with
+/// bricks that are all alike and without.
+#[test]
+fn stored_gradients_are_those_of_six_neighbours() {
+    let Some(gpu) = gpu() else { return };
+    let ball = |p: Vec3| 0.6 * ((0.45 - (p - 0.4).length()) / 0.1).clamp(0.0, 1.0);
+    let waves = |p: Vec3| 0.4 + 0.2 * (p * Vec3::new(9.0, 14.0, 23.0)).element_sum().sin() + 0.1 * p.x;
+    for (flat, other) in [
+        (false, ""),
+        (true, ""),
+        (
+            true,
+            "[media.other]\ndensity.homogeneous = { min = [-1, -1, -1], max = [1, 1, 1] }\noptics.coefficients.sigma_a = 0.1",
+        ),
+    ] {
+        let text = format!(
+            "camera = {{ position = [1.1, 0.7, 1.4], target = [0, 0, 0], fov = 50 }}\nfilm.size = [40, 30]\n\
+             [techniques.march]\nmodel = \"emission\"\n[media.grid]\ndensity.homogeneous = {BOX}\n\
+             optics.transfer = {{ unit_length = 0.1, stops = [{{ value = 0.1, opacity = 0, color = [1, 0.2, 0.1] }}, \
+             {{ value = 0.8, opacity = 0.4, color = [0.2, 0.4, 1] }}], \
+             shading = {{ ambient = 0.1, diffuse = 0.6, specular = 0.3, shininess = 20 }}, \
+             gradient_opacity = [{{ gradient = 0, factor = 0 }}, {{ gradient = 3, factor = 1 }}] }}\n{other}"
+        );
+        let world = if flat { with_grid(world(&text), ball) } else { with_grid(world(&text), waves) };
+        let seen = |stored: bool| {
+            let resident = pollster::block_on(async {
+                let resident = Resident::new(&gpu, &world).await?;
+                assert!(resident.has_gradients() && resident.flat == flat);
+                if stored { Ok(resident) } else { resident.without_gradients(&gpu).await }
+            });
+            let chosen = crate::techniques::chosen(&world.scene).unwrap();
+            let (_, settings) = chosen.iter().find(|(technique, _)| technique.name == TECHNIQUE.name).unwrap();
+            let frame = Frame::record(&gpu, &world, resident.unwrap(), settings, TECHNIQUE.record);
+            let mut frame = pollster::block_on(frame).unwrap();
+            frame.render();
+            let pixels = pollster::block_on(read_film(&gpu, frame.film())).unwrap();
+            let [width, height] = world.scene.film.size;
+            Picture::Linear(Image { width, height, pixels, ..Default::default() })
+        };
+        let errors = metrics::compare(&seen(true), &seen(false), &Default::default()).unwrap().linear.unwrap();
+        assert!(errors.relative_rmse <= tolerance::STORED_GRADIENTS, "{flat}, {other}: {}", errors.relative_rmse);
     }
 }
 

@@ -231,13 +231,25 @@ pub(crate) async fn record_up_to(
     let march =
         March { stride, scattering: scattered, termination, suns, rounds, samples_per_round, rays, scale, reach };
     let jitter = settings.choice("jitter") == "blue_noise";
-    let low = if scale > 1 { Some(low_film(gpu, resident.film, scale).await?) } else { None };
+    // What a march at a lower resolution fills, and how far away its rays meet what is seen [m].
+    let low_size = if scale > 1 { resident.film.map(|side| side.div_ceil(scale)) } else { [1; 2] };
+    let storage = wgpu::TextureUsages::STORAGE_BINDING;
+    let low = gpu.texture_2d("low film", low_size, wgpu::TextureFormat::Rgba32Float, storage).await?;
+    let distances = gpu.texture_2d("distances", low_size, wgpu::TextureFormat::R32Float, storage).await?;
     let [width, height] = resident.film.map(|side| u64::from(side.div_ceil(scale)));
     let mean = jitter || rays > 1;
     let side = u64::from(gpu.tile_side());
     let back_to_front = settings.choice("order") == "back_to_front";
     let preintegrated = settings.choice("preintegration") == "on";
-    let plain = !scattering && !preintegrated && !back_to_front && stride.tolerance == 0.0 && reach == BEYOND;
+    // As many as along.wesl has room for.
+    let along = scattering
+        && !marched
+        && (1..=32).contains(&lights.len())
+        && resident.transmittance.parallel
+        && scattered.octaves == 0
+        && casts.is_empty();
+    let plain =
+        (!scattering || along) && !preintegrated && !back_to_front && stride.tolerance == 0.0 && reach == BEYOND;
     let paths = gpu.scratch("paths", if rounds > 1 { (side + 2) * (side + 2) * PATH_BYTES } else { PATH_BYTES });
     let sums = gpu.scratch("sums", if mean { width * height * 16 } else { 16 });
     let noise = blue_noise::texture(gpu, jitter).await?;
@@ -252,6 +264,7 @@ pub(crate) async fn record_up_to(
         .constant("PREINTEGRATED", preintegrated)
         .constant("BACK_TO_FRONT", back_to_front)
         .constant("ONE_GRID", plain && traits.one_grid())
+        .constant("ALONG", along && plain && traits.one_grid())
         .constant("SUNS", suns > 0)
         .constant("MARCHED", marched)
         .constant("LIGHTS", scattered.lights)
@@ -270,12 +283,15 @@ pub(crate) async fn record_up_to(
         .read("lights", &lights)
         .read("blue_noise", &noise)
         .read("behind", behind.unwrap_or(&noise))
-        .write("film", low.as_ref().unwrap_or(film))
+        .write("film", if scale > 1 { &low } else { film })
+        .write("distances", &distances)
         .write("paths", &paths)
         .write("sums", &sums)
-        .over_film(rounds * rays)
+        .over_coarse_film(rounds * rays, scale)
         .await?;
-    let Some(low) = low else { return Ok(()) };
+    if scale == 1 {
+        return Ok(());
+    }
     let upsample = Upsample { stride: Stride { lit: 1, ..stride }, scale, alike: 8.0 * traits.voxel };
     let upsample = gpu.buffer("upsample", &upsample);
     graph
@@ -287,15 +303,10 @@ pub(crate) async fn record_up_to(
         .read("tile", &tile)
         .read("upsample", &upsample)
         .read("low", &low)
+        .read("distances", &distances)
         .write("film", film)
         .over_film(1)
         .await
-}
-
-/// The texture of a march at a lower resolution.
-async fn low_film(gpu: &Gpu, film: [u32; 2], scale: u32) -> Result<wgpu::Texture, RenderError> {
-    let size = film.map(|side| side.div_ceil(scale));
-    gpu.texture_2d("low film", size, wgpu::TextureFormat::Rgba32Float, wgpu::TextureUsages::STORAGE_BINDING).await
 }
 
 /// Into how many rounds, of how many samples, a camera ray is cut so that no invocation makes more loop iterations than

@@ -108,7 +108,7 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
             regions: None,
         })
         .await?;
-    layers::before_environment(graph, resident, &target, film).await
+    layers::before(graph, resident, &target, None, film).await
 }
 
 /// The map from the unit cube to a box around all media: to the medium's own where there is but one.

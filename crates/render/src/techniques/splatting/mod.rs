@@ -26,6 +26,7 @@ use tyndall_scene::parameter::{Kind, Parameter};
 use super::{LAYERED_MODEL, Recording, Role, Technique, plain, without_bodies, without_surfaces};
 use crate::graph::{Draw, Shader, Target, shader};
 use crate::resident::MAX_VOLUMES;
+use crate::sorting::Order;
 use crate::{Gpu, RenderError, layers};
 
 pub(crate) use gather::Splat;
@@ -54,7 +55,6 @@ pub const TECHNIQUE: Technique = Technique {
 };
 
 static KEYS: Shader = shader!("techniques/splatting/keys");
-static SORT: Shader = shader!("techniques/splatting/sort");
 static SPLATS: Shader = shader!("techniques/splatting/splats");
 
 /// Where a Gaussian ends [standard deviations].
@@ -62,9 +62,6 @@ const CUTOFF: f32 = 3.0;
 
 /// Splats a submission.
 const BATCH: u32 = 1 << 18;
-
-/// Threads of a workgroup in `keys.wesl` and `sort.wesl`.
-const WORKGROUP: u32 = 256;
 
 /// A volume's kernel as the shader sees it.
 #[derive(Clone, Copy, Debug, Default, encase::ShaderType)]
@@ -113,32 +110,24 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
     splats.resize(splats.len().max(1), Splat::default());
     let splats = gpu.buffer("splats", &Splats { splats });
     let kernels = gpu.buffer("kernels", &Kernels { kernels });
-    let padded = count.max(2).next_power_of_two();
-    let order = gpu.scratch("order", u64::from(padded) * 8);
+    let order = Order::new(gpu, count);
     let target = layers::texture(gpu, resident.film).await?;
-    let tile = graph.tile();
     graph
         .compute("keys", &KEYS)
         .constant("COUNT", count)
         .read("view", &resident.view)
         .read("splats", &splats)
-        .write("order", &order)
-        .dispatch([padded.div_ceil(WORKGROUP), 1, 1], 1)
+        .write("order", &order.buffer)
+        .dispatch(order.workgroups(), 1)
         .await?;
-    let stages = padded.ilog2();
-    graph
-        .compute("sort", &SORT)
-        .read("tile", &tile)
-        .write("order", &order)
-        .dispatch([(padded / 2).div_ceil(WORKGROUP), 1, 1], stages * (stages + 1) / 2)
-        .await?;
+    order.record(graph).await?;
     graph
         .raster("splats", &SPLATS)
         .constant("CUTOFF", CUTOFF)
         .read("view", &resident.view)
         .read("splats", &splats)
         .read("kernels", &kernels)
-        .read("order", &order)
+        .read("order", &order.buffer)
         .draw(Draw {
             vertices: 6,
             instances: count,
@@ -148,7 +137,7 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
             regions: None,
         })
         .await?;
-    layers::before_environment(graph, resident, &target, film).await
+    layers::before(graph, resident, &target, None, film).await
 }
 
 /// The splats of all media, or why there are too many.
@@ -156,9 +145,7 @@ fn gather(gpu: &Gpu, world: &World, stride: u32) -> Result<Vec<Splat>, RenderErr
     let limits = gpu.device.limits();
     let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
     let size = <Splat as encase::ShaderSize>::SHADER_SIZE.get();
-    // One dispatch reaches so many keys, rounded down as their number is rounded up to a power of two.
-    let threads = u64::from(limits.max_compute_workgroups_per_dimension) * u64::from(WORKGROUP);
-    let most = (bytes / size).min(1 << threads.ilog2()) as usize;
+    let most = (bytes / size).min(Order::most(gpu).into()) as usize;
     let mut splats = Vec::new();
     for (medium, volume) in world.volumes.iter().enumerate() {
         gather::append(&mut splats, volume, medium as u32, stride, most).ok_or_else(|| RenderError::Limit {

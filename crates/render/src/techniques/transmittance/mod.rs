@@ -2,20 +2,24 @@
 //!
 //! From every light, and from as many directions of the environment as `march` has, rays go through the texels of a square: parallel ones around what is seen of media, those of a
 //! spot light by the stereographic projection of its cone, those of a point light by the octahedron. On each, depths from 0 to 1 are as
-//! tight around the media as their bricks. The ray is marched once, with `light_step`, and of each segment the integral is
+//! tight around the media as their bricks and bodies. The ray is marched once, with `light_step`, and of each segment the integral is
 //! deposited in the numbers of a basis (`math/transmittance`): no sample of it is lost, whatever lies between two slices.
 //! Interpolating numbers between texels, or filtering them, filters the extinction itself.
+//!
+//! Particles and strands are drawn into the same numbers ([`draw`]). Deep maps keep all that a ray meets instead ([`deep`]).
 //!
 //! τ(d) = Σ_k A_k G_k(d), T = e^{−max(τ, 0)}. Every receiver reads them by `resident/transmittance.wesl`; of the techniques, `march`
 //! does.
 //!
-//! Passes, once a frame: `transmittance.bounds`, a workgroup a light; `transmittance.deposit`, an invocation a texel;
-//! `transmittance.filter`, twice, where the maps are filtered.
+//! Passes, once a frame: `transmittance.bounds`, a workgroup a light; `transmittance.bodies`, a quad a body, and
+//! `transmittance.range`, where there are any; `transmittance.deposit`, an invocation a texel;
+//! `transmittance.filter`, twice, or `transmittance.mip`, once a level, where the maps are filtered.
 
 #[cfg(test)]
 mod bodies_test;
 mod deep;
 mod draw;
+mod prefilter;
 #[cfg(test)]
 mod test;
 
@@ -43,13 +47,13 @@ pub const TECHNIQUE: Technique = Technique {
     parameters: &[
         Parameter {
             name: "basis",
-            help: "What a light ray's extinction is kept in",
+            help: "What a light ray's extinction is kept in; deep keeps all of it",
             unit: "",
             kind: Kind::Choice(&BASES),
         },
         Parameter {
             name: "coefficients",
-            help: "Numbers a texel and channel (of moments 5, 7 or 9: the power moments 0 to 4, 6 or 8)",
+            help: "Numbers a texel and channel (of moments 5, 7 or 9: the power moments 0 to 4, 6 or 8, or the trigonometric ones 0 to 2, 3 or 4)",
             unit: "",
             kind: Kind::Count { min: 1, max: MOST_COEFFICIENTS, default: 7 },
         },
@@ -85,9 +89,9 @@ pub const TECHNIQUE: Technique = Technique {
         },
         Parameter {
             name: "prefilter_kind",
-            help: "How: all alike, or by Gauss' function, of which `prefilter` is two standard deviations",
+            help: "How: all alike, by Gauss' function, of which `prefilter` is two standard deviations, or by a mip level of texels as wide",
             unit: "",
-            kind: Kind::Choice(&["box", "gaussian"]),
+            kind: Kind::Choice(&["box", "gaussian", "mips"]),
         },
         Parameter {
             name: "light_step",
@@ -106,7 +110,7 @@ pub const TECHNIQUE: Technique = Technique {
 };
 
 /// The bases, as `math/transmittance/basis.wesl` numbers them.
-const BASES: [&str; 7] = ["fourier", "slices", "haar", "cosine", "legendre", "moments", "deep"];
+const BASES: [&str; 8] = ["fourier", "slices", "haar", "cosine", "legendre", "moments", "trigonometric", "deep"];
 
 /// Room for eight sets of four.
 const MOST_COEFFICIENTS: u32 = 31;
@@ -114,8 +118,6 @@ const MOST_COEFFICIENTS: u32 = 31;
 static BOUNDS: Shader = shader!("techniques/transmittance/bounds");
 static HALF: Shader = shader!("techniques/transmittance/half");
 static SINGLE: Shader = shader!("techniques/transmittance/single");
-static FILTER_HALF: Shader = shader!("techniques/transmittance/filter_half");
-static FILTER_SINGLE: Shader = shader!("techniques/transmittance/filter_single");
 
 /// The buffer `deposit`.
 #[derive(Clone, Copy, Debug, encase::ShaderType)]
@@ -178,45 +180,11 @@ async fn record(Recording { graph, resident, settings, world, .. }: Recording<'_
             .read("deposit", &deposit)
             .read("drawn", &drawn.layers)
             .read("ranges", &drawn.ranges)
-            .write("written", &made.texels)
+            .write("written", (&made.texels, 0))
             .dispatch([groups, groups, at_once], 1)
             .await?;
     }
-    prefilter(graph, resident, settings).await
-}
-
-/// Records the passes that filter the maps, along x into a texture of their own, along y back.
-async fn prefilter(graph: &mut Graph<'_>, resident: &Resident, settings: &Settings) -> Result<(), RenderError> {
-    let radius = settings.number("prefilter") as u32;
-    if radius == 0 {
-        return Ok(());
-    }
-    if resident.transmittance.ranges || ["moments", "deep"].contains(&settings.choice("basis")) {
-        return Err(FieldError {
-            path: "techniques.transmittance.prefilter".into(),
-            found: "a filter of what is not linear: ranges of depths for each texel, moments, or lists".into(),
-            accepted: "depths = \"light\" and another basis, or prefilter = 0".into(),
-        }
-        .into());
-    }
-    let texels = &resident.transmittance.texels;
-    let size = [texels.width(), texels.height()];
-    let between =
-        graph.gpu().texture_2d("filtered along x", size, texels.format(), wgpu::TextureUsages::STORAGE_BINDING).await?;
-    let shader = if texels.format() == wgpu::TextureFormat::Rgba16Float { &FILTER_HALF } else { &FILTER_SINGLE };
-    for (axis, (from, to)) in [(texels, &between), (&between, texels)].into_iter().enumerate() {
-        graph
-            .compute("transmittance.filter", shader)
-            .constant("AXIS", axis as u32)
-            .constant("RADIUS", radius)
-            .constant("GAUSSIAN", settings.choice("prefilter_kind") == "gaussian")
-            .constant("RESOLUTION", resident.transmittance.resolution)
-            .read("unfiltered", from)
-            .write("written", to)
-            .dispatch([size[0].div_ceil(8), size[1].div_ceil(8), 1], 1)
-            .await?;
-    }
-    Ok(())
+    prefilter::record(graph, resident, settings).await
 }
 
 /// From how many directions the scene's technique of media scatters the environment.
@@ -240,9 +208,10 @@ async fn textures(
     let basis = if deep { DEEP } else { BASES.iter().position(|&basis| basis == name).unwrap_or(0) as u32 };
     let given = settings.number("coefficients") as u32;
     let (count, bias) = numbers(name, given);
-    let sets = (count + u32::from(basis == 0)).div_ceil(4);
+    // Constants with pairs behind them begin at the second number of the first set.
+    let sets = (count + u32::from(["fourier", "trigonometric"].contains(&name))).div_ceil(4);
     // Moments say too little of how far light gets past bodies.
-    let unknown = name == "moments" && !resident.bodies.is_empty();
+    let unknown = bias > 0.0 && !resident.bodies.is_empty();
     let ranges = settings.choice("depths") == "texel" && !unknown && !deep;
     let channels = if resident.traits.grey { 1 } else { 3 };
     let resolution = settings.number("resolution") as u32;
@@ -272,7 +241,7 @@ async fn textures(
         }
         .into());
     }
-    if name == "moments" && !single {
+    if bias > 0.0 && !single {
         return Err(FieldError {
             path: "techniques.transmittance.basis".into(),
             found: "moments in 16-bit numbers, which round them away".into(),
@@ -280,6 +249,7 @@ async fn textures(
         }
         .into());
     }
+    let level = prefilter::level(settings, !ranges && bias == 0.0 && !deep, resolution)?;
     let format = if single { wgpu::TextureFormat::Rgba32Float } else { wgpu::TextureFormat::Rgba16Float };
     Ok(Transmittance {
         maps: gpu
@@ -291,12 +261,20 @@ async fn textures(
             )
             .await?,
         texels: gpu
-            .texture_2d(
-                "transmittance",
-                [columns * resolution, rows * resolution],
+            .texture(&wgpu::TextureDescriptor {
+                label: Some("transmittance"),
+                size: wgpu::Extent3d {
+                    width: columns * resolution,
+                    height: rows * resolution,
+                    depth_or_array_layers: 1,
+                },
+                mip_level_count: 1 + level.ceil() as u32,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
                 format,
-                wgpu::TextureUsages::STORAGE_BINDING,
-            )
+                usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            })
             .await?,
         events: resident.transmittance.events.clone(),
         mapped,
@@ -306,6 +284,7 @@ async fn textures(
         ranges,
         apart: ranges && !resident.bodies.is_empty(),
         columns,
+        level,
         basis,
         count,
         sets,
@@ -324,6 +303,9 @@ fn numbers(basis: &str, given: u32) -> (u32, f32) {
         "moments" if given >= 9 => (9, 5e-5),
         "moments" if given >= 7 => (7, 5e-6),
         "moments" => (5, 5e-7),
+        "trigonometric" if given >= 9 => (9, 1.5e-6),
+        "trigonometric" if given >= 7 => (7, 8e-7),
+        "trigonometric" => (5, 4e-7),
         _ => (given, 0.0),
     }
 }

@@ -112,6 +112,39 @@ fn the_plume_looks_as_marched() {
     assert!(slices > 1.15 * seven, "{slices} with slices, {seven} with as many coefficients");
 }
 
+/// The march through one grid finds once a ray what the one through any media finds at every sample, which a tolerance too small to
+/// take two steps together asks for: of one sun, of lights of colours, and of a sky.
+#[test]
+fn what_is_found_once_a_ray_is_the_same() {
+    let Some(gpu) = gpu() else { return };
+    let blue = "[lights.blue.directional]\ndirection = [-1, 0, 0.3]\nirradiance = [0, 1, 9]\n";
+    let sky = "[lights.sky]\nconstant.radiance = [1, 2, 3]\n";
+    for lights in ["", blue, sky] {
+        let with = |tolerance: f64| {
+            let settings = format!(
+                "{lights}[techniques.march]\nenvironment_directions = 5\ntolerance = {tolerance}\n\
+                 [techniques.transmittance]\nresolution = 32\n"
+            );
+            picture(&gpu, &world_of(&format!("{}\n{settings}", PLUME.replace("[640, 480]", "[48, 36]")), &shipped()))
+        };
+        let off = error(&with(0.0), &with(1e-9));
+        assert!(off < tolerance::MAPPED_ALONG, "{off} with {lights:?}");
+    }
+}
+
+/// Moments know a thick ball far less well than harmonics do.
+#[test]
+fn moments_are_looked_up() {
+    let Some(gpu) = gpu() else { return };
+    let sun = "lights.a.directional = { direction = [1, -2, 0.5], irradiance = 3 }";
+    let exact = lit_cube(&gpu, sun, "");
+    for basis in ["moments", "trigonometric"] {
+        let settings = format!("{{ basis = \"{basis}\", coefficients = 9, resolution = 48, light_step = 1 }}");
+        let off = error(&lit_cube(&gpu, sun, &format!("techniques.transmittance = {settings}")), &exact);
+        assert!(off < tolerance::MAPPED_MOMENTS, "{off} with {basis}");
+    }
+}
+
 /// A sky's directions have maps, too.
 #[test]
 fn a_sky_is_looked_up() {
@@ -167,7 +200,7 @@ fn filtered_shadows_are_soft() {
         row.windows(2).map(|pair| (pair[1][0] - pair[0][0]).abs()).fold(0.0, f32::max)
     };
     let lit = f64::from(sharp[0][0]) * 48.0 * 48.0;
-    for kind in ["box", "gaussian"] {
+    for kind in ["box", "gaussian", "mips"] {
         let soft = shadow(&format!("prefilter = 8\nprefilter_kind = \"{kind}\""));
         let (lost, before) = (lit - sum(&soft), lit - sum(&sharp));
         assert!((lost / before - 1.0).abs() < tolerance::FILTERED_SHADOW, "{lost} of light taken, {before} unfiltered");
@@ -194,24 +227,35 @@ fn memory_is_as_computed() {
         ("coefficients = 15", 5, 16),
         ("depths = \"light\"", 2, 16),
         ("basis = \"moments\"\ncoefficients = 9\ndepths = \"light\"", 3, 16),
+        ("basis = \"trigonometric\"\ncoefficients = 9\ndepths = \"light\"", 3, 16),
     ] {
         let made = bytes(settings);
         assert_eq!(made.bytes(), 64 * 64 * sets * size, "{settings}");
         assert_eq!(made.mapped, 1);
     }
+    // Levels of 64, 32, 16 and 8 texels a side, for a filter of 7.
+    let mips = bytes("depths = \"light\"\nprefilter = 3\nprefilter_kind = \"mips\"");
+    assert_eq!(mips.bytes(), (64 * 64 + 32 * 32 + 16 * 16 + 8 * 8) * 2 * 16);
     assert_eq!(
         [numbers("fourier", 8).0, numbers("slices", 8).0, numbers("moments", 8).0, numbers("moments", 31).0],
         [9, 8, 7, 9]
     );
 }
 
-/// Moments need 32 bits.
+/// Moments need 32 bits; filters need what is linear, mips tiles that can be halved.
 #[test]
-fn rounded_moments_are_refused() {
+fn what_cannot_be_is_refused() {
     let Some(gpu) = gpu() else { return };
-    let world = plume("[techniques.transmittance]\nbasis = \"moments\"\nprecision = \"half\"");
-    let error = render(&gpu, &world).map(|_| "a picture").unwrap_err().to_string();
-    assert!(error.contains("moments in 16-bit numbers"), "{error}");
+    for (settings, expected) in [
+        ("basis = \"moments\"\nprecision = \"half\"", "moments in 16-bit numbers"),
+        ("basis = \"trigonometric\"\nprecision = \"half\"", "moments in 16-bit numbers"),
+        ("prefilter = 2", "ranges of depths for each texel"),
+        ("prefilter = 2\nprefilter_kind = \"mips\"\ndepths = \"light\"\nresolution = 100", "a multiple of 8"),
+    ] {
+        let world = plume(&format!("[techniques.transmittance]\n{settings}"));
+        let error = render(&gpu, &world).map(|_| "a picture").unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
 }
 
 /// What does not fit a texture is said before it is allocated.
