@@ -1,6 +1,6 @@
 //! `cargo xtask bench fourier-opacity`: what maps of transmittance cost and gain.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
@@ -11,7 +11,7 @@ use super::{publish, table};
 use crate::driver::{self, Consent};
 use crate::process;
 
-/// Speed of maps of transmittance: against slices, against the inner march, and by texels; writes docs/fourier-opacity.md
+/// Speed of maps of transmittance: against slices, against the inner march, by texels and by particles; writes docs/fourier-opacity.md
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Turns whose medians are taken
@@ -25,6 +25,8 @@ const SCENE: &str = "scenes/plume.toml";
 const SKY: &str = "scenes/sky.toml";
 const DEPOSIT: &str = "transmittance.deposit";
 const SIDES: [u32; 4] = [128, 256, 512, 1024];
+const BODIES: &str = "transmittance.bodies";
+const NUMBERS: [u32; 4] = [1_000, 10_000, 100_000, 1_000_000];
 
 struct Bench {
     tyndall: Tyndall,
@@ -33,13 +35,14 @@ struct Bench {
 }
 
 impl Bench {
-    /// Runs of a scene with each of these settings, which take turns.
-    fn runs(&self, scene: &str, settings: &[Vec<String>]) -> Result<Vec<Vec<Run>>> {
+    /// Runs of a scene, absolute or from the project's root, with each of these settings, which take turns.
+    fn runs(&self, scene: impl AsRef<Path>, settings: &[Vec<String>]) -> Result<Vec<Vec<Run>>> {
+        let scene = process::root().join(scene);
         let mut runs = vec![Vec::new(); settings.len()];
         for _ in 0..self.rounds {
             for (number, (settings, runs)) in settings.iter().zip(&mut runs).enumerate() {
                 let picture = self.folder.join(format!("{number}.exr"));
-                runs.push(self.tyndall.render(&process::root().join(scene), settings, &picture)?);
+                runs.push(self.tyndall.render(&scene, settings, &picture)?);
             }
         }
         Ok(runs)
@@ -67,10 +70,11 @@ impl Arguments {
         let (against, adapter) = slices(&bench)?;
         let text = format!(
             "# Maps of transmittance: speed\n\nWritten by `cargo xtask bench fourier-opacity`, on {adapter}: the plume at 320 x 240, medians \
-             of {} turns.\n\n{against}\n{}\n{}",
+             of {} turns.\n\n{against}\n{}\n{}\n{}",
             self.rounds,
             inner_march(&bench)?,
-            texels(&bench)?
+            texels(&bench)?,
+            particles(&bench)?
         );
         publish("fourier-opacity.md", &text)
     }
@@ -157,4 +161,56 @@ fn texels(bench: &Bench) -> Result<String> {
     Ok(format!(
         "## By texels\n\nThe deposit takes time as the {exponent:.2}th power of the texels.\n\n![texels](pictures/fourier-texels.svg)\n"
     ))
+}
+
+/// Random particles in a cube of 1 m over a floor, lit from above: what drawing them takes by their number.
+fn particles(bench: &Bench) -> Result<String> {
+    let scene = bench.folder.join("balls.toml");
+    let text = "camera = { position = [0, 0.3, 3], target = [0, 0, 0] }\nfilm.size = [64, 64]\ntechniques.march = {}\n\
+                lights.sun.directional = { direction = [0.2, -1, 0.1], irradiance = 3 }\n\
+                surfaces.floor.shape.quad = { corner = [-1, -0.6, 1], edges = [[2, 0, 0], [0, 0, -2]] }\n\
+                media.balls = { density.particles.file = \"balls.npy\", optics.coefficients.sigma_a = 1 }\n\
+                techniques.transmittance = { resolution = 256, depths = \"light\" }\n";
+    std::fs::write(&scene, text).with_context(|| format!("cannot write {}", scene.display()))?;
+    let mut points = Vec::new();
+    let mut rows = vec![["particles", "drawing", "a particle"].map(String::from).to_vec()];
+    for number in NUMBERS {
+        std::fs::write(bench.folder.join("balls.npy"), balls(number)).context("cannot write balls.npy")?;
+        let runs = bench.runs(&scene, &[Vec::new()])?;
+        let seconds = pass(&runs[0], BODIES);
+        points.push((f64::from(number), seconds * 1e3));
+        rows.push(vec![
+            number.to_string(),
+            format!("{:.1} ms", seconds * 1e3),
+            format!("{:.2} \u{b5}s", seconds * 1e6 / f64::from(number)),
+        ]);
+    }
+    let exponent = slope(&points[1..]);
+    draw("fourier-particles.svg", "particles", "drawing [ms]", &[Line { name: "drawing".into(), points }])?;
+    Ok(format!(
+        "## By particles\n\nRandom balls of 3 texels across in one light, seven of Fourier's numbers, 256 x 256 texels, one range of \
+         depths. From 10,000 on drawing takes time as the {exponent:.2}th power of their number.\n\n{}\n\
+         ![particles](pictures/fourier-particles.svg)\n",
+        table(&rows)
+    ))
+}
+
+/// NumPy's file of so many rows x, y, z, radius, opacity.
+fn balls(number: u32) -> Vec<u8> {
+    let mut header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({number}, 5), }}");
+    // Magic, version and length take ten bytes; data begins at a multiple of 64.
+    while !(header.len() + 11).is_multiple_of(64) {
+        header.push(' ');
+    }
+    header.push('\n');
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    // Multiples of irrational numbers fill the cube evenly.
+    let share = |i: u32, by: f64| (f64::from(i) * by).fract() as f32 - 0.5;
+    for i in 0..number {
+        let values = [share(i, 0.819_172_513), share(i, 0.671_043_607), share(i, 0.549_700_478), 0.006, 0.01];
+        bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    }
+    bytes
 }

@@ -94,8 +94,8 @@ impl Transmittance {
             (0, _) => 0,
             // Four lists, of at most 2^24 events each.
             (_, 0.0) if self.basis == DEEP => 3 * 4 * 25,
-            (_, 0.0) if self.apart => 12 * u64::from(self.sets),
-            (_, 0.0) => 3 * u64::from(self.sets),
+            (_, 0.0) if self.apart => 12 * (u64::from(self.sets) + 1),
+            (_, 0.0) => 3 * (u64::from(self.sets) + 1),
             // Four roots, 48 steps and five powers each, and what goes before and after.
             _ => 3 * 1500,
         }

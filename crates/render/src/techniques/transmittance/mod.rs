@@ -2,14 +2,17 @@
 //!
 //! From every light, and from as many directions of the environment as `march` has, rays go through the texels of a square: parallel ones around what is seen of media, those of a
 //! spot light by the stereographic projection of its cone, those of a point light by the octahedron. On each, depths from 0 to 1 are as
-//! tight around the media as their bricks. The ray is marched once, with `light_step`, and of each segment the integral is
+//! tight around the media as their bricks and bodies. The ray is marched once, with `light_step`, and of each segment the integral is
 //! deposited in the numbers of a basis (`math/transmittance`): no sample of it is lost, whatever lies between two slices.
 //! Interpolating numbers between texels, or filtering them, filters the extinction itself.
+//!
+//! Particles and strands are drawn into the same numbers ([`draw`]). Deep maps keep all that a ray meets instead ([`deep`]).
 //!
 //! τ(d) = Σ_k A_k G_k(d), T = e^{−max(τ, 0)}. Every receiver reads them by `resident/transmittance.wesl`; of the techniques, `march`
 //! does.
 //!
-//! Passes, once a frame: `transmittance.bounds`, a workgroup a light; `transmittance.deposit`, an invocation a texel;
+//! Passes, once a frame: `transmittance.bounds`, a workgroup a light; `transmittance.bodies`, a quad a body, and
+//! `transmittance.range`, where there are any; `transmittance.deposit`, an invocation a texel;
 //! `transmittance.filter`, twice, or `transmittance.mip`, once a level, where the maps are filtered.
 
 #[cfg(test)]
@@ -44,7 +47,7 @@ pub const TECHNIQUE: Technique = Technique {
     parameters: &[
         Parameter {
             name: "basis",
-            help: "What a light ray's extinction is kept in",
+            help: "What a light ray's extinction is kept in; deep keeps all of it",
             unit: "",
             kind: Kind::Choice(&BASES),
         },
