@@ -300,6 +300,7 @@ fn smoke_agrees_with_the_reference() {
     let text = include_str!("../../../../../scenes/particles.toml").replace("number = 16384", "number = 3000");
     let text = text.replace("opacity = 0.05", "opacity = 0.2").replace("[480, 480]", "[36, 36]");
     let few = "environment_directions = 4";
+    let text = format!("{text}\n[techniques.transmittance]\ncoefficients = 15");
     let world = world(&format!("{text}\n[techniques.particles]\n{few}\n[techniques.direct]\n{few}"));
     let options = Options { depth: Some(1), samples: Some(64), ..Options::default() };
     let truth =
