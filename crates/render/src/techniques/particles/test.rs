@@ -124,7 +124,7 @@ fn a_surface_cuts_balls() {
             let list = vec![ball(Vec3::ZERO, 1.0, 1.5), ball(Vec3::new(0.2, 0.1, 0.3), 0.5, 0.7)];
             let world = of_balls(&wall, "sigma_a = 1", list.clone());
             let eye = world.scene.camera.position.as_dvec3();
-            let limit = |direction: DVec3| (f64::from(z) - eye.z) / direction.z;
+            let limit = |direction: DVec3| (z - eye.z) / direction.z;
             assert_transmittance(&world, &list, limit, tolerance::CUT_BALLS);
         }
     }
