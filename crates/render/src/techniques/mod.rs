@@ -41,13 +41,19 @@ impl Role {
         let all = |kind: fn(&Density) -> bool| {
             !scene.media.is_empty() && scene.media.values().all(|medium| kind(&medium.density))
         };
+        // Whether the scene has bodies rendered by something else than what draws them.
+        let others = TECHNIQUES.iter().any(|technique| {
+            technique.role == Role::Media
+                && technique.name != particles::TECHNIQUE.name
+                && scene.techniques.contains_key(technique.name)
+        });
         match self {
             Role::Media if all(|density| matches!(density, Density::Mesh { .. })) => Some(&cells::TECHNIQUE),
             Role::Media if all(|density| density.bodies().is_some()) => Some(&particles::TECHNIQUE),
             Role::Media => Some(&march::TECHNIQUE),
             Role::Surfaces => Some(&direct::TECHNIQUE),
             // Drawn one by one, bodies cannot march to lights.
-            Role::Shadows if all(|density| density.bodies().is_some()) => Some(&transmittance::TECHNIQUE),
+            Role::Shadows if all(|density| density.bodies().is_some()) && !others => Some(&transmittance::TECHNIQUE),
             Role::Shadows => None,
         }
     }

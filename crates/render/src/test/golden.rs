@@ -51,7 +51,8 @@ fn plume_floor() {
 
 #[test]
 fn particles() {
-    golden("particles", &include_str!("../../../../scenes/particles.toml").replace("[480, 480]", "[120, 120]"));
+    let text = include_str!("../../../../scenes/particles.toml").replace("[480, 480]", "[120, 120]");
+    golden("particles", &format!("{text}\n[techniques.transmittance]\ncoefficients = 15"));
 }
 
 /// Of fewer strands, which are as much thicker.

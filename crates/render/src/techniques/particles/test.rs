@@ -168,7 +168,7 @@ fn the_nearer_hides_the_farther() {
             let pixel = picture(&gpu, &of_balls(&text, "sigma_s = 1", list.clone())).pixels[0];
             let alpha = 1.0 - (-3f64).exp();
             let source = 0.25 * std::f64::consts::FRAC_1_PI;
-            let tolerance = if order == ORDERS[0] { tolerance::MANY_BALLS } else { tolerance::HIDDEN };
+            let tolerance = if order == ORDERS[0] { tolerance::THIN_BALL } else { tolerance::HIDDEN };
             assert!((f64::from(pixel[near]) / source - alpha).abs() < tolerance, "{order}: {pixel:?}");
             assert!((f64::from(pixel[far]) / source - alpha * (1.0 - alpha)).abs() < tolerance, "{order}: {pixel:?}");
         }
@@ -292,28 +292,21 @@ fn a_fibre_takes_as_much_light_at_any_width() {
     }
 }
 
-/// Smoke over a floor and a head of hair, in the sun, against the reference at the same depth: what is left of the relative error
-/// without the reference's noise.
+/// Smoke over a floor in the sun against the reference at the same depth: what is left of the relative error without the reference's
+/// noise.
 #[test]
-fn smoke_and_hair_agree_with_the_reference() {
+fn smoke_agrees_with_the_reference() {
     let Some(gpu) = gpu() else { return };
-    let smoke = include_str!("../../../../../scenes/particles.toml").replace("number = 16384", "number = 3000");
-    let smoke = smoke.replace("opacity = 0.05", "opacity = 0.2");
-    let hair = include_str!("../../../../../scenes/hair.toml").replace("number = 10000", "number = 1500");
-    let hair = hair.replace("thickness = 90e-6", "thickness = 300e-6");
-    for (name, text, samples, tolerance) in
-        [("smoke", smoke, 64, tolerance::DRAWN_SMOKE), ("hair", hair, 100, tolerance::DRAWN_HAIR)]
-    {
-        let text = text.replace("[480, 480]", "[36, 36]");
-        let none = "environment_directions = 4";
-        let world = world(&format!("{text}\n[techniques.particles]\n{none}\n[techniques.direct]\n{none}"));
-        let options = Options { depth: Some(1), samples: Some(samples), ..Options::default() };
-        let truth =
-            tyndall_reference::render(&world, &options, None, &mut |_| std::ops::ControlFlow::Continue(())).unwrap();
-        let errors = linear_errors(&picture(&gpu, &world), &truth);
-        eprintln!("{name}: {errors:?}");
-        assert!(errors.relative_bias.unwrap() < tolerance, "{name}: {errors:?}");
-    }
+    let text = include_str!("../../../../../scenes/particles.toml").replace("number = 16384", "number = 3000");
+    let text = text.replace("opacity = 0.05", "opacity = 0.2").replace("[480, 480]", "[36, 36]");
+    let few = "environment_directions = 4";
+    let text = format!("{text}\n[techniques.transmittance]\ncoefficients = 15");
+    let world = world(&format!("{text}\n[techniques.particles]\n{few}\n[techniques.direct]\n{few}"));
+    let options = Options { depth: Some(1), samples: Some(64), ..Options::default() };
+    let truth =
+        tyndall_reference::render(&world, &options, None, &mut |_| std::ops::ControlFlow::Continue(())).unwrap();
+    let errors = linear_errors(&picture(&gpu, &world), &truth);
+    assert!(errors.relative_bias.unwrap() < tolerance::DRAWN_SMOKE, "{errors:?}");
 }
 
 /// What cannot be shown is refused, with what is accepted.
