@@ -29,16 +29,19 @@ camera = { position = [2.2, 1.2, 2.6], target = [0, 0, 0], fov = 34 }
 lights.sun.directional = { direction = [0.25, -1, 0.1], irradiance = 12 }
 materials.white.lambert.reflectance = 0.6
 surfaces.floor = { shape.quad = { corner = [-3, -0.6, 3], edges = [[6, 0, 0], [0, 0, -6]] }, material = "white" }
-techniques.march = { step = 4, light_step = 4 }
+# Of a sheet's thickness.
+techniques.march = { step = 8, light_step = 8 }
+techniques.transmittance.light_step = 16
+techniques.direct.light_step = 16
 
 [media.a]
-density.homogeneous = { min = [-0.5, 0.4, -0.5], max = [0.5, 0.42, 0.5] }
+density.homogeneous = { min = [-0.5, 0.4, -0.5], max = [0.5, 0.44, 0.5] }
 optics.coefficients = { sigma_s = 30, sigma_a = 5 }
 [media.b]
-density.homogeneous = { min = [-0.6, 0.05, -0.3], max = [0.4, 0.07, 0.6] }
+density.homogeneous = { min = [-0.6, 0.05, -0.3], max = [0.4, 0.09, 0.6] }
 optics.coefficients = { sigma_s = 30, sigma_a = 5 }
 [media.c]
-density.homogeneous = { min = [-0.3, -0.3, -0.6], max = [0.6, -0.28, 0.4] }
+density.homogeneous = { min = [-0.3, -0.3, -0.6], max = [0.6, -0.26, 0.4] }
 optics.coefficients = { sigma_s = 30, sigma_a = 5 }
 "#;
 
@@ -84,7 +87,7 @@ pub fn transmittances(bench: &Bench, page: &mut Page) -> Result<(), Failure> {
     let own: Vec<_> = plume.iter().filter_map(|ray| ray.with_own_range(6.0)).collect();
     let cloud = world("cloud.toml (embedded)", CLOUD, &[])?;
     let cloud: Vec<_> = rays::through(&cloud, 10).into_iter().filter(|ray| !ray.segments.is_empty()).collect();
-    let hair = rays::through_strands(&hair(bench, 2000)?, 24);
+    let hair = rays::through_strands(&hair(bench, 40_000)?, 16);
     let scenes: [(&str, Vec<Ray>); 6] = [
         ("plume", plume),
         ("plume, own ranges", own),

@@ -102,9 +102,11 @@ pub fn through(world: &World, side: u32) -> Vec<Ray> {
     (0..side * side).map(|i| ray(i / side, i % side)).collect()
 }
 
-/// Rays of parallel light from above through the strands of a world, `side`² of them, as far as they meet any: a fibre is a primitive,
-/// of its σ times the chord.
+/// Texels of parallel light from above through the strands of a world, `side`² of them, as far as they meet any: a fibre is a primitive,
+/// of its σ times the chord, in the share of a texel's rays that meet it.
 pub fn through_strands(world: &World, side: u32) -> Vec<Ray> {
+    /// Rays a texel, a side.
+    const RAYS: u32 = 8;
     let strands = world.volumes.iter().find_map(|volume| match &volume.field {
         Field::Strands(strands) => Some(strands),
         _ => None,
@@ -114,21 +116,24 @@ pub fn through_strands(world: &World, side: u32) -> Vec<Ray> {
     };
     let [low, high] = [low.as_dvec3(), high.as_dvec3()];
     let length = high.y - low.y;
-    let share = |i: u32| (f64::from(i) + 0.5) / f64::from(side);
-    let ray = |i: u32| {
-        let at = DVec3::new(share(i % side), 0.0, share(i / side));
-        let origin = DVec3::new(low.x + at.x * (high.x - low.x), high.y, low.z + at.z * (high.z - low.z));
-        let mut ray = Ray::default();
-        strands.hierarchy().along(origin, DVec3::NEG_Y, 0.0, length, |body, end| {
-            let segment = strands.segment(body);
-            if let Some((distance, chord)) = crossing(&segment, origin) {
-                ray.primitives.push((distance / length, segment.density() * chord));
-            }
-            end
-        });
-        ray
+    let share = |i: u32| (f64::from(i) + 0.5) / f64::from(side * RAYS);
+    let texel = |i: u32| {
+        let mut texel = Ray::default();
+        for k in 0..RAYS * RAYS {
+            let [x, z] = [i % side * RAYS + k % RAYS, i / side * RAYS + k / RAYS].map(share);
+            let origin = DVec3::new(low.x + x * (high.x - low.x), high.y, low.z + z * (high.z - low.z));
+            strands.hierarchy().along(origin, DVec3::NEG_Y, 0.0, length, |body, end| {
+                let segment = strands.segment(body);
+                if let Some((distance, chord)) = crossing(&segment, origin) {
+                    let absorbance = segment.density() * chord / f64::from(RAYS * RAYS);
+                    texel.primitives.push((distance / length, absorbance));
+                }
+                end
+            });
+        }
+        texel
     };
-    (0..side * side).map(ray).filter(|ray| !ray.primitives.is_empty()).collect()
+    (0..side * side).map(texel).filter(|texel| !texel.primitives.is_empty()).collect()
 }
 
 /// Where a ray downwards meets a fibre: the distance of the point next to its axis, and how far it runs within.
@@ -137,7 +142,7 @@ fn crossing(segment: &Segment, origin: DVec3) -> Option<(f64, f64)> {
     let (axis, down) = (to - from, DVec3::NEG_Y);
     let across = axis.cross(down);
     let sine = across.length() / axis.length();
-    if sine.is_nan() || sine <= 1e-3 {
+    if sine.is_nan() || sine < 1e-3 {
         return None;
     }
     let apart = (from - origin).dot(across) / across.length();
@@ -145,5 +150,5 @@ fn crossing(segment: &Segment, origin: DVec3) -> Option<(f64, f64)> {
     let along = (origin - from).cross(down).dot(across) / across.length_squared();
     let distance = (from - origin).cross(axis).dot(down.cross(axis)) / across.length_squared();
     let inside = apart.abs() < radius && (0.0..1.0).contains(&along);
-    inside.then(|| (distance.clamp(0.0, f64::MAX), 2.0 * (radius * radius - apart * apart).sqrt() / sine))
+    inside.then(|| (distance.max(0.0), 2.0 * (radius * radius - apart * apart).sqrt() / sine))
 }

@@ -24,7 +24,7 @@ pub fn tables(bench: &Bench, page: &mut Page) -> Result<(), Failure> {
         page.section(
             &format!("Table {}", number + 1),
             &format!(
-                "Milliseconds with seven coefficients (FOM) and seven slices (OSM), {} particles, maps of 1024, 512 and 256 texels a \
+                "Milliseconds, medians of three turns, with seven coefficients (FOM) and seven slices (OSM), {} particles, maps of 1024, 512 and 256 texels a \
                  side (here {:?}), on a film of {} x {} (the paper's: {} x {}), on {}. The paper's are of a GeForce GTX 260. Map: the \
                  passes that make it; scene: all others.",
                 bench.bodies(16384),
@@ -39,7 +39,7 @@ pub fn tables(bench: &Bench, page: &mut Page) -> Result<(), Failure> {
         let mut rows = Vec::new();
         for (b, (basis, name)) in [("fourier", "FOM"), ("slices", "OSM")].into_iter().enumerate() {
             for (s, side) in [1024, 512, 256].into_iter().enumerate() {
-                let shot = bench.render(&world, film, &maps(basis, 7, bench.map(side)))?;
+                let shot = bench.timed(&world, film, &maps(basis, 7, bench.map(side)))?;
                 rows.push(vec![
                     json!(name),
                     json!(bench.map(side)),
