@@ -82,7 +82,7 @@ const ORDERS: [&str; 2] = ["order = \"sorted\"", "order = \"coefficients\""];
 fn camera(z: f32, fov: f32, order: &str) -> String {
     format!(
         "camera = {{ position = [0.1, 0.05, {z}], target = [0, 0, 0], fov = {fov} }}\nfilm.size = [24, 20]\n\
-         lights.sky.constant.radiance = 1\ntechniques.particles = {{ model = \"absorption\", {order} }}"
+         lights.sky.constant.radiance = 1\ntechniques.particles = {{ model = \"absorption\", area_points = 0, {order} }}"
     )
 }
 
@@ -118,7 +118,7 @@ fn a_surface_cuts_balls() {
     for order in ORDERS {
         for z in [-0.6, 0.0, 0.5] {
             let wall = format!(
-                "{}\nsurfaces.wall = {{ shape.quad = {{ corner = [-9, -9, {z}], edges = [[18, 0, 0], [0, 18, 0]] }}, radiance = 1, material = \"black\" }}\nmaterials.black.lambert.reflectance = 0",
+                "{}\nsurfaces.wall = {{ shape.quad = {{ corner = [-9, -9, {z}], edges = [[18, 0, 0], [0, 18, 0]] }}, radiance = 1, material = \"black\" }}\nmaterials.black.lambert.reflectance = 0\ntechniques.direct.area_points = 0",
                 camera(3.0, 40.0, order)
             );
             let list = vec![ball(Vec3::ZERO, 1.0, 1.5), ball(Vec3::new(0.2, 0.1, 0.3), 0.5, 0.7)];
