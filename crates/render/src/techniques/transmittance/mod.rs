@@ -6,7 +6,7 @@
 //! deposited in the numbers of a basis (`math/transmittance`): no sample of it is lost, whatever lies between two slices.
 //! Interpolating numbers between texels, or filtering them, filters the extinction itself.
 //!
-//! Particles and strands are drawn into the same numbers ([`draw`]). Deep maps keep all that a ray meets instead ([`deep`]).
+//! Particles and strands are drawn into the same numbers (`draw`). Deep maps keep all that a ray meets instead (`deep`).
 //!
 //! τ(d) = Σ_k A_k G_k(d), T = e^{−max(τ, 0)}. Every receiver reads them by `resident/transmittance.wesl`; of the techniques, `march`
 //! does.
