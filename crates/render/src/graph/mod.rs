@@ -234,6 +234,7 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             ("SURFACES", f64::from(traits.surfaces)),
             ("GRADIENTS", f64::from(resident.has_gradients())),
             ("FLAT", f64::from(resident.flat)),
+            ("CUTOUTS", f64::from(resident.surfaces.cutouts)),
         ];
         for (name, value) in constants.into_iter().chain(resident.transmittance.constants()) {
             if reflection.overrides.iter().any(|used| used == name) {

@@ -191,7 +191,6 @@ impl Shadows {
         let surfaces = &resident.surfaces;
         graph
             .raster("shadows", &DEPTH)
-            .constant("CUTOUTS", surfaces.cutouts)
             .world(resident)
             .read("maps", &maps)
             .draw(Draw {

@@ -62,7 +62,6 @@ impl GBuffer {
         graph
             .raster("visibility", &VISIBILITY)
             .constant("NEAREST", NEAREST * extent)
-            .constant("CUTOUTS", surfaces.cutouts)
             .world(resident)
             .read("view", view)
             .draw(Draw {

@@ -328,7 +328,6 @@ async fn gather_pass(
         .constant("VISITS", most_visits(gpu, geometry))
         .constant("LOBES", geometry.any(|bsdf| matches!(bsdf, Bsdf::MetallicRoughness { .. })))
         .constant("IMAGES", geometry.any(|bsdf| matches!(bsdf, Bsdf::Mirror { .. })))
-        .constant("CUTOUTS", resident.surfaces.cutouts)
         .world(resident)
         .read("view", &resident.view)
         .read("tile", &tile)
