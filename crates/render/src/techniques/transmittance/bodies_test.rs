@@ -285,8 +285,7 @@ fn surfaces_receive_shadows_of_bodies() {
         world
     };
     for basis in ["fourier", "deep"] {
-        let maps =
-            format!("techniques.march = {{}}\ntechniques.transmittance = {{ resolution = 128, basis = \"{basis}\" }}");
+        let maps = format!("techniques.transmittance = {{ resolution = 128, basis = \"{basis}\" }}");
         let found = picture(&gpu, &scene(&maps)).pixels[0];
         for (found, sigma_t) in found.into_iter().zip([1.0, 1.5, 2.5f32]) {
             let expected = 3.0 * 0.8 / std::f32::consts::PI * (-0.7 * sigma_t).exp();
