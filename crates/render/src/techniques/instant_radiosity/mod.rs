@@ -41,7 +41,7 @@ use tyndall_scene::parameter::{Kind, Parameter, Settings};
 use tyndall_scene::surface::Bsdf;
 
 use super::{Recording, Role, Technique};
-use crate::graph::{Graph, Shader, shader};
+use crate::graph::{Compute, Declaration, Graph, Shader, shader};
 use crate::resident::{Light, Resident};
 use crate::{Gpu, RenderError};
 use geometry::{Geometry, Mirror};
@@ -322,12 +322,7 @@ async fn gather_pass(
     let (gpu, tile) = (graph.gpu(), graph.tile());
     let side = u64::from(gpu.tile_side());
     let sums = gpu.scratch("sums", side * side * 16);
-    graph
-        .compute("gather", &GATHER)
-        .constant("NODES", geometry.bvh.nodes())
-        .constant("VISITS", most_visits(gpu, geometry))
-        .constant("LOBES", geometry.any(|bsdf| matches!(bsdf, Bsdf::MetallicRoughness { .. })))
-        .constant("IMAGES", geometry.any(|bsdf| matches!(bsdf, Bsdf::Mirror { .. })))
+    specialised(graph.compute("gather", &GATHER), gpu, geometry)
         .world(resident)
         .read("view", &resident.view)
         .read("tile", &tile)
@@ -339,6 +334,19 @@ async fn gather_pass(
         .write("film", film)
         .over_film(rounds)
         .await
+}
+
+/// Specialises a pass that gathers for the surfaces that there are.
+fn specialised<'g, 'a>(
+    declaration: Declaration<'g, 'a, Compute>,
+    gpu: &Gpu,
+    geometry: &Geometry,
+) -> Declaration<'g, 'a, Compute> {
+    declaration
+        .constant("NODES", geometry.bvh.nodes())
+        .constant("VISITS", most_visits(gpu, geometry))
+        .constant("LOBES", geometry.any(|bsdf| matches!(bsdf, Bsdf::MetallicRoughness { .. })))
+        .constant("IMAGES", geometry.any(|bsdf| matches!(bsdf, Bsdf::Mirror { .. })))
 }
 
 /// Virtual lights in the groups that camera rays gather, with their images in mirrors; and where each group begins and ends.

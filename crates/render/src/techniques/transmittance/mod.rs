@@ -205,7 +205,7 @@ async fn textures(
 ) -> Result<Transmittance, RenderError> {
     let name = settings.choice("basis");
     let deep = name == "deep";
-    let basis = if deep { DEEP } else { BASES.iter().position(|&basis| basis == name).unwrap_or(0) as u32 };
+    let basis = BASES.iter().position(|&basis| basis == name).unwrap_or(0) as u32;
     let given = settings.number("coefficients") as u32;
     let (count, bias) = numbers(name, given);
     // Constants with pairs behind them begin at the second number of the first set.

@@ -26,7 +26,7 @@ use tyndall_scene::surface::{Bsdf, Exported, Map, Material, Surface, Texture, Tr
 
 use super::geometry::Geometry;
 use super::vpl::{PARALLEL, Vpl, Vpls};
-use super::{TECHNIQUE, Walk, batches, check_size, grouped, most_visits, per_round, walk};
+use super::{TECHNIQUE, Walk, batches, check_size, grouped, per_round, specialised, walk};
 use crate::frame::film_texture;
 use crate::graph::{Graph, Shader, Tile, shader};
 use crate::renderer::read_film;
@@ -158,12 +158,7 @@ async fn gathered(
     let mut graph = Graph::new(gpu);
     let (tile, tile_side) = (graph.tile(), gpu.tile_side());
     let sums = gpu.scratch("sums", u64::from(tile_side).pow(2) * 16);
-    graph
-        .compute("bake", &BAKE)
-        .constant("NODES", walk.geometry.bvh.nodes())
-        .constant("VISITS", most_visits(gpu, &walk.geometry))
-        .constant("LOBES", walk.geometry.any(|bsdf| matches!(bsdf, Bsdf::MetallicRoughness { .. })))
-        .constant("IMAGES", walk.geometry.any(|bsdf| matches!(bsdf, Bsdf::Mirror { .. })))
+    specialised(graph.compute("bake", &BAKE), gpu, &walk.geometry)
         .world(&resident)
         .read("view", &resident.view)
         .read("tile", &tile)
