@@ -22,6 +22,7 @@
 pub mod bake;
 mod eye;
 pub(crate) mod geometry;
+mod points;
 mod punctual;
 mod representatives;
 pub mod sequence;
@@ -81,10 +82,10 @@ pub const TECHNIQUE: Technique = Technique {
             kind: Kind::Count { min: 1, max: 1024, default: 64 },
         },
         Parameter {
-            name: "sharing",
-            help: "Virtual lights that share a shadow ray, to one of them by what it would add (1: each has its own)",
+            name: "interleaving",
+            help: "Side of the squares of pixels that share out the virtual lights, and their light (1: each pixel gathers all)",
             unit: "",
-            kind: Kind::Count { min: 1, max: 256, default: 1 },
+            kind: Kind::Count { min: 1, max: 8, default: 3 },
         },
         Parameter {
             name: "sequence",
@@ -151,7 +152,6 @@ pub(crate) struct Gather {
     bounces: u32,
     epsilon: f32,
     seed: u32,
-    sharing: u32,
     rounds: u32,
     #[shader(size(runtime))]
     batches: Vec<Batch>,
@@ -230,15 +230,15 @@ impl Walk {
         list
     }
 
-    /// Which camera ray, of as many as `samples`, gathers each path, by its number.
-    fn groups(&self, lights: &[Vpl], settings: &Settings) -> Vec<u32> {
-        let [paths, walks, samples] = ["paths", "walks", "samples"].map(|name| settings.number(name) as u32);
+    /// In which of so many groups each path is, by its number.
+    fn groups(&self, lights: &[Vpl], settings: &Settings, groups: u32) -> Vec<u32> {
+        let [paths, walks] = ["paths", "walks"].map(|name| settings.number(name) as u32);
         if walks == 1 {
-            return walk::groups(paths, samples.min(paths));
+            return walk::groups(paths, groups.min(paths));
         }
         let count = lights.iter().filter(|vpl| !vpl.is_lamp()).count().max(1) as u32;
-        // Where lamps alone shine, all rays have their share of them.
-        walk::groups_in_turn(count.max(samples), samples)
+        // Where lamps alone shine, all groups have their share of them.
+        walk::groups_in_turn(count.max(groups), groups)
     }
 
     /// The greatest cosθ·cosθ/r² [m⁻²] that is not clamped: of light that is reflected, and of light that surfaces emit. The lights of
@@ -270,7 +270,6 @@ impl Walk {
             compensation: if compensation { COMPENSATIONS } else { 0 },
             epsilon: 2e-5 * radius,
             seed: settings.number("seed") as u32,
-            sharing: settings.number("sharing") as u32,
             rounds: 0,
             batches: Vec::new(),
         }
@@ -293,8 +292,8 @@ async fn record(
     let gpu = graph.gpu();
     let walk = Walk::new(world, settings)?;
     let lights = walk.chosen(world, settings);
-    let groups = walk.groups(&lights, settings);
-    let (vpls, ranges) = grouped(lights, &groups, &walk.mirrors);
+    let groups = walk.groups(&lights, settings, settings.number("samples") as u32);
+    let (vpls, ranges) = grouped(lights.clone(), &groups, &walk.mirrors);
     check_size(gpu, vpls.len())?;
     let mut gather = walk.gather(settings);
     gather.batches = batches(&ranges, per_round(gpu, &walk, &vpls, gather.compensation));
@@ -305,24 +304,28 @@ async fn record(
     }
     let textures = walk.geometry.bvh.textures(gpu).await?;
     let list = if vpls.is_empty() { vec![Vpl::BLACK] } else { vpls };
-    let buffers = [gpu.buffer("gather", &gather), gpu.buffer("vpls", &Vpls { list })];
-    gather_pass(graph, resident, &walk.geometry, &textures, &buffers, gather.rounds, film).await
+    let side = u64::from(gpu.tile_side());
+    let cells = gpu.scratch("cells", side * side * points::CELL_BYTES);
+    points::points_pass(graph, resident, &walk, settings, lights, &textures, &cells).await?;
+    let buffers = [gpu.buffer("gather", &gather), gpu.buffer("vpls", &Vpls { list }), cells];
+    let interleaving = settings.number("interleaving") as u32;
+    gather_pass(graph, resident, &walk.geometry, &textures, &buffers, [gather.rounds, interleaving], film).await
 }
 
-/// Records the pass that gathers, from the buffers `gather` and `vpls`, in so many rounds.
+/// Records the pass that gathers, from the buffers `gather`, `vpls` and `cells`, in so many rounds; and in squares of so many pixels a
+/// side, which the cells have gathered (0: they have not).
 async fn gather_pass(
     graph: &mut Graph<'_>,
     resident: &Resident,
     geometry: &Geometry,
     [nodes, corners]: &[wgpu::Texture; 2],
-    [gather, vpls]: &[wgpu::Buffer; 2],
-    rounds: u32,
+    [gather, vpls, cells]: &[wgpu::Buffer; 3],
+    [rounds, interleaving]: [u32; 2],
     film: &wgpu::Texture,
 ) -> Result<(), RenderError> {
     let (gpu, tile) = (graph.gpu(), graph.tile());
-    let side = u64::from(gpu.tile_side());
-    let sums = gpu.scratch("sums", side * side * 16);
     specialised(graph.compute("gather", &GATHER), gpu, geometry)
+        .constant("INTERLEAVING", interleaving)
         .world(resident)
         .read("view", &resident.view)
         .read("tile", &tile)
@@ -330,7 +333,7 @@ async fn gather_pass(
         .read("vpls", vpls)
         .read("nodes", nodes)
         .read("corners", corners)
-        .write("sums", &sums)
+        .write("cells", cells)
         .write("film", film)
         .over_film(rounds)
         .await

@@ -4,6 +4,7 @@ use tyndall_scene::World;
 use tyndall_scene::description::Camera;
 use tyndall_scene::surface::Surface;
 
+use super::points::CELL_BYTES;
 use super::sources::Sources;
 use super::vpl::{Vpl, Vpls};
 use super::{Batch, Gather, TECHNIQUE, Walk, gather_pass, per_round, pixel_offset, walk};
@@ -98,8 +99,9 @@ impl<'a> Walkthrough<'a> {
         let vpls = gpu.buffer("vpls", &Vpls { list: vec![Vpl::BLACK; capacity] });
         let scale = gpu.buffer("ring", &Ring { scale: 1.0 });
         let mut graph = Graph::new(gpu);
-        let buffers = [parameters.clone(), vpls.clone()];
-        gather_pass(&mut graph, &resident, &walk.geometry, &hierarchy, &buffers, gather.rounds, &image).await?;
+        let cells = gpu.scratch("cells", u64::from(gpu.tile_side()).pow(2) * CELL_BYTES);
+        let buffers = [parameters.clone(), vpls.clone(), cells];
+        gather_pass(&mut graph, &resident, &walk.geometry, &hierarchy, &buffers, [gather.rounds, 0], &image).await?;
         let tile = graph.tile();
         graph
             .compute("ring", &RING)

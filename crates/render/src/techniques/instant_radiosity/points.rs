@@ -1,0 +1,65 @@
+//! The light that pixels share: in squares of pixels each gathers another part of the virtual lights, where its middle sees a surface, and
+//! takes the rest from neighbours that see the same [KellerHeidrich01]. What is on an edge is seen by every camera ray anew.
+
+use tyndall_scene::parameter::Settings;
+
+use super::vpl::{Vpl, Vpls};
+use super::{Batch, Walk, batches, check_size, grouped, per_round, specialised};
+use crate::RenderError;
+use crate::graph::{Graph, Shader, shader};
+use crate::resident::Resident;
+
+static POINTS: Shader = shader!("techniques/instant_radiosity/points");
+
+/// Bytes of a `Cell` in `reuse.wesl`.
+pub(super) const CELL_BYTES: u64 = 80;
+
+/// Virtual lights of a camera ray, at least, as it takes as long as a few of them.
+const LEAST: usize = 8;
+
+/// Records the pass in which the cells of a tile gather `lights`, in squares of `interleaving` pixels a side.
+pub(super) async fn points_pass(
+    graph: &mut Graph<'_>,
+    resident: &Resident,
+    walk: &Walk,
+    settings: &Settings,
+    lights: Vec<Vpl>,
+    [nodes, corners]: &[wgpu::Texture; 2],
+    cells: &wgpu::Buffer,
+) -> Result<(), RenderError> {
+    let (gpu, tile) = (graph.gpu(), graph.tile());
+    let [interleaving, samples] = ["interleaving", "samples"].map(|name| settings.number(name) as usize);
+    let parts = interleaving * interleaving;
+    let rays = (lights.len() / (LEAST * parts)).clamp(1, samples);
+    let groups = walk.groups(&lights, settings, (parts * rays) as u32);
+    let (vpls, mut ranges) = grouped(lights, &groups, &walk.mirrors);
+    check_size(gpu, vpls.len())?;
+    ranges.resize(parts * rays, [vpls.len() as u32; 2]);
+    let mut gather = walk.gather(settings);
+    let at_once = per_round(gpu, walk, &vpls, gather.compensation);
+    // Neighbouring groups in one part are as different as all of them are.
+    let parts: Vec<_> = ranges.chunks(rays).map(|ranges| batches(ranges, at_once)).collect();
+    let rounds = parts.iter().map(Vec::len).max().unwrap_or(0);
+    let share = 1.0 / parts.len() as f32;
+    for round in 0..rounds {
+        for (number, part) in (0..).zip(&parts) {
+            let batch = part.get(round).copied().unwrap_or_default();
+            let ray = number * rays as u32 + batch.ray;
+            gather.batches.push(Batch { emission: share * batch.emission, ray, ..batch });
+        }
+    }
+    gather.rounds = rounds as u32;
+    let list = if vpls.is_empty() { vec![Vpl::BLACK] } else { vpls };
+    specialised(graph.compute("points", &POINTS), gpu, &walk.geometry)
+        .constant("INTERLEAVING", interleaving as u32)
+        .world(resident)
+        .read("view", &resident.view)
+        .read("tile", &tile)
+        .read("gather", &gpu.buffer("gather", &gather))
+        .read("vpls", &gpu.buffer("vpls", &Vpls { list }))
+        .read("nodes", nodes)
+        .read("corners", corners)
+        .write("cells", cells)
+        .over_film(rounds as u32)
+        .await
+}
