@@ -10,7 +10,7 @@ use tyndall_plot::{Line, slope};
 
 use super::mitsuba::install;
 use super::plot::draw;
-use super::volumes::measure::{Run, Tyndall, read_exr};
+use super::volumes::measure::read_exr;
 use super::volumes::median;
 use super::{publish, table};
 use crate::driver::{self, Consent};
@@ -20,7 +20,7 @@ use crate::process;
 /// docs/radiosity-speed.md
 ///
 /// Mitsuba renders the same box with `path`, once for long as what both are wrong against, and in turns with ours. Times are those of
-/// the process without what the same picture of 16 x 16 pixels takes (loading, compiling), and CPU times of all threads.
+/// one more picture in a process that has rendered it before, and CPU times of all threads.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -47,23 +47,25 @@ struct Set {
     paths: u32,
     /// Camera rays a pixel.
     samples: u32,
-    /// Virtual lights that share a shadow ray.
-    sharing: u32,
+    /// Side of the squares of pixels that share out the virtual lights.
+    interleaving: u32,
     /// Whether clamped light is sought along short rays.
     compensation: bool,
 }
 
 /// From fast to good.
 const LADDER: [Set; 5] = [
-    set(16, 3, 16, false),
-    set(20, 4, 20, false),
-    set(32, 4, 1, true),
-    set(256, 16, 16, true),
-    set(1024, 32, 16, true),
+    set(16, 4, 4, false),
+    set(32, 4, 4, false),
+    set(64, 8, 4, true),
+    set(192, 8, 5, true),
+    set(1024, 16, 6, true),
 ];
 /// The error that is asked for, and the radiance from which on a pixel shows the lamp [W·sr⁻¹·m⁻²].
 const AIM: f64 = 0.05;
 const LAMP: f32 = 2.0;
+/// Pictures of ours in a process whose times are taken, after the first.
+const PICTURES: u32 = 2;
 /// Samples of the picture of Mitsuba's that takes turns with ours.
 const TURN: u32 = 16;
 /// For the costs: the film's side, paths, and rings of the ball's triangles.
@@ -71,18 +73,19 @@ const COST_SIDE: u32 = 128;
 const PATHS: [u32; 5] = [16, 64, 256, 512, 1024];
 const RINGS: [u32; 4] = [8, 24, 72, 160];
 
-const fn set(paths: u32, samples: u32, sharing: u32, compensation: bool) -> Set {
-    Set { paths, samples, sharing, compensation }
+const fn set(paths: u32, samples: u32, interleaving: u32, compensation: bool) -> Set {
+    Set { paths, samples, interleaving, compensation }
 }
 
 impl Set {
     fn words(self) -> String {
-        format!("{}, {}, {}, {}", self.paths, self.samples, self.sharing, if self.compensation { "on" } else { "off" })
+        format!("{}, {}, {}, {}", self.paths, self.samples, self.interleaving, if self.compensation { "on" } else { "off" })
     }
 }
 
 struct Bench {
-    tyndall: Tyndall,
+    /// The example that renders a scene several times.
+    pictures: PathBuf,
     folder: PathBuf,
     rounds: u32,
     python: PathBuf,
@@ -109,10 +112,11 @@ impl Arguments {
     pub fn run(&self) -> Result<()> {
         let tyndall = process::build_tyndall()?;
         driver::ensure(&tyndall, self.consent)?;
+        let pictures = process::build(&["--example", "pictures"], "examples/pictures")?;
         let scenes = process::build(&["--example", "mitsuba"], "examples/mitsuba")?;
         let folder = process::scratch("radiosity")?;
         let (python, llvm) = (install::python(&[])?, install::llvm()?);
-        let bench = Bench { tyndall: Tyndall(tyndall), folder, rounds: self.rounds, python, llvm };
+        let bench = Bench { pictures, folder, rounds: self.rounds, python, llvm };
         let mut export = Command::new(scenes);
         export.current_dir(process::root()).args(["export", SCENE]).arg(&bench.folder);
         process::output(export.arg(format!("film.size=[{SIDE},{SIDE}]")))?;
@@ -152,26 +156,24 @@ impl Bench {
         Ok(Cost { wall: number("seconds")?, cpu: number("cpu_seconds")? })
     }
 
-    fn ours(&self, scene: &std::path::Path, side: u32, of: Set) -> Result<Run> {
-        let Set { paths, samples, sharing, compensation } = of;
+    /// What one more picture costs, the median of the turns; the picture is ours.exr.
+    fn cost(&self, scene: &std::path::Path, side: u32, of: Set, rounds: u32) -> Result<Cost> {
+        let Set { paths, samples, interleaving, compensation } = of;
         let settings = [
             format!("film.size=[{side},{side}]"),
             format!("techniques.instant_radiosity.paths={paths}"),
             format!("techniques.instant_radiosity.samples={samples}"),
-            format!("techniques.instant_radiosity.sharing={sharing}"),
+            format!("techniques.instant_radiosity.interleaving={interleaving}"),
             format!("techniques.instant_radiosity.compensation={}", if compensation { "on" } else { "off" }),
         ];
-        self.tyndall.render(scene, &settings, &self.folder.join("ours.exr"))
-    }
-
-    /// What a picture costs beside one of 16 × 16 pixels, the median of the turns.
-    fn cost(&self, scene: &std::path::Path, side: u32, of: Set, rounds: u32) -> Result<Cost> {
         let (mut wall, mut cpu) = (Vec::new(), Vec::new());
         for _ in 0..rounds {
-            let small = self.ours(scene, 16, of)?;
-            let large = self.ours(scene, side, of)?;
-            wall.push(large.wall - small.wall);
-            cpu.push(large.cpu - small.cpu);
+            let mut command = process::tyndall(&self.pictures)?;
+            command.arg(scene).arg(self.folder.join("ours.exr")).arg(PICTURES.to_string()).args(&settings);
+            let report: Value = serde_json::from_str(&process::output(&mut command)?)?;
+            let number = |key: &str| report[key].as_f64().with_context(|| format!("the example gave no {key}"));
+            wall.push(number("clock")?);
+            cpu.push(number("cpu")?);
         }
         Ok(Cost { wall: median(wall), cpu: median(cpu) })
     }
@@ -180,7 +182,7 @@ impl Bench {
     fn ladder(&self, truth: &Truth, reference: u32) -> Result<String> {
         let scene = process::root().join(SCENE);
         let errors = |picture: &[[f32; 3]]| [false, true].map(|room| truth.error(picture, room));
-        let mut head = vec!["paths, camera rays, lights a shadow ray, short rays".to_owned()];
+        let mut head = vec!["paths, camera rays, interleaving, short rays".to_owned()];
         for pixels in ["whole picture", "without the lamp"] {
             head.extend([pixels.to_owned(), "Mitsuba's samples for it".into(), "Mitsuba's CPU time over ours".into()]);
         }
@@ -248,8 +250,8 @@ impl Bench {
              `{SCENE}`, {SIDE} × {SIDE}, all orders, on the CPU driver, against Mitsuba's `path` (`llvm_ad_rgb`), on the same cores.\n\
              Both are held against {reference} samples a pixel of Mitsuba's, whose noise is taken off: relative RMSE over all pixels, and over \
              those\nwith no pixel of {LAMP} W/sr/m² or more among their neighbours, which leaves out the lamp. Times are CPU seconds of all threads, as other load stretches the \
-             clock's; ours without\nwhat a picture of 16 × 16 takes to start, load and compile, Mitsuba's without loading and compiling \
-             ({:.3} CPU s a sample and pixel).\nMitsuba's samples for an error follow from its error at {TURN} ({:.2} % and {:.2} %) by \
+             clock's, and of both\nthose of one more picture in a process that is open, without writing the file: ours with the walk on the host; \
+             Mitsuba's is\n{:.3} CPU s a sample a pixel.\nMitsuba's samples for an error follow from its error at {TURN} ({:.2} % and {:.2} %) by \
              1/√samples. More than 1 is faster than Mitsuba.\n\n{found}\n{}\n![error against time](pictures/radiosity-error.svg)\n",
             self.rounds,
             per_sample.cpu,

@@ -80,10 +80,6 @@ pub const HIT: f32 = 1e-3;
 /// A closed enclosure of reflectance 0.5 with 256 paths: 1/256 of the light is left out after eight reflections, the rest is noise of
 /// short rays.
 pub const FURNACE: f32 = 0.01;
-/// The mean of a picture whose lights share shadow rays, against a ray to each: 1024 pixels of independent choices.
-pub const SHARED_MEAN: f32 = 0.003;
-/// Relative RMSE of the same: eight lights share a ray, and a pixel has some sixteen.
-pub const SHARED: f64 = 0.02;
 /// As [`FURNACE`], of a texel alone: short rays at random.
 pub const BAKED_TEXEL: f32 = 0.1;
 /// Relative RMSE of a light map against the picture of the same virtual lights: interpolation between texels at edges of shadows.

@@ -4,10 +4,11 @@ use glam::{DVec3, Vec3};
 use tyndall_scene::World;
 use tyndall_scene::surface::Bsdf;
 
-use super::geometry::{Geometry, Point};
+use super::geometry::{Geometry, Mirror, Point};
 use super::sequence::radical_inverse;
 use super::sources::towards;
 use super::vpl::{LOBE, PARALLEL, Vpl};
+use super::Walk;
 use super::walk::{reflect, through};
 use crate::math::brdf::Brdf;
 use crate::resident::View;
@@ -32,16 +33,23 @@ struct Seen {
     throughput: DVec3,
 }
 
-/// A weight for each of these lights, none of them lamps, whose sum is 1: what it adds to the picture, over what is there; 1/r² is
-/// bounded by `bounds` [m⁻²], of reflected and of emitted light.
-pub fn contributions(world: &World, geometry: &Geometry, lights: &[Vpl], bounds: [f64; 2]) -> Vec<f64> {
+/// A weight for each of these lights, none of them lamps, whose sum is 1: what it and its images in mirrors add to the picture, over what is
+/// there; 1/r² is bounded by `bounds` [m⁻²], of reflected and of emitted light.
+pub fn contributions(world: &World, walk: &Walk, lights: &[Vpl], bounds: [f64; 2]) -> Vec<f64> {
+    let Walk { geometry, mirrors, .. } = walk;
     let power = |vpl: &Vpl| f64::from(vpl.power.element_sum());
     let powers: f64 = lights.iter().map(power).sum();
     let count = (RAYS / lights.len().max(1)).clamp(POINTS[0], POINTS[1]);
     let rows: Vec<Vec<f64>> = seen(world, geometry, count as u32)
         .iter()
         .map(|seen| {
-            lights.iter().map(|vpl| received(geometry, seen, vpl, bounds[usize::from(vpl.bounce == 0)])).collect()
+            let images: Vec<_> = mirrors.iter().filter_map(|mirror| seen.before(mirror)).collect();
+            let all = |vpl: &Vpl| {
+                let bound = bounds[usize::from(vpl.bounce == 0)];
+                let image = |(image, mirror): &(Seen, &Mirror)| received(geometry, image, vpl, bound, Some(mirror));
+                received(geometry, seen, vpl, bound, None) + images.iter().map(image).sum::<f64>()
+            };
+            lights.iter().map(all).collect()
         })
         .collect();
     let sums: Vec<f64> = rows.iter().map(|row| row.iter().sum()).collect();
@@ -87,8 +95,28 @@ fn look(geometry: &Geometry, eye: DVec3, ray: DVec3) -> Option<Seen> {
     None
 }
 
-/// The radiance that the eye sees of a light at a point, all channels together.
-fn received(geometry: &Geometry, seen: &Seen, vpl: &Vpl, bound: f64) -> f64 {
+impl Seen {
+    /// The point as a mirror shows it, to what is on the same side of the mirror as itself: what lights the image through the mirror lights
+    /// the point by way of it.
+    fn before<'a>(&self, mirror: &'a Mirror) -> Option<(Self, &'a Mirror)> {
+        let height = self.position.dot(mirror.normal) - mirror.distance;
+        let turned = |direction| reflect(direction, mirror.normal);
+        (height.abs() > 1e-9).then(|| {
+            let image = Self {
+                position: self.position - 2.0 * height * mirror.normal,
+                normal: turned(self.normal),
+                shading: turned(self.shading),
+                viewer: turned(self.viewer),
+                throughput: self.throughput * mirror.reflectance,
+                brdf: self.brdf,
+            };
+            (image, mirror)
+        })
+    }
+}
+
+/// The radiance that the eye sees of a light at a point, all channels together; where the point is one that a mirror shows, by way of that.
+fn received(geometry: &Geometry, seen: &Seen, vpl: &Vpl, bound: f64, mirror: Option<&Mirror>) -> f64 {
     let least = 2e-5 * geometry.sphere().1;
     let start = seen.position + least * seen.normal;
     let normal = vpl.normal.as_dvec3();
@@ -113,5 +141,20 @@ fn received(geometry: &Geometry, seen: &Seen, vpl: &Vpl, bound: f64) -> f64 {
         _ => (cosine * (-direction.dot(normal)).max(0.0) / way.length_squared()).min(bound),
     };
     let value = (seen.throughput * seen.brdf.value(seen.shading, direction, seen.viewer) * light).element_sum();
-    if value > 0.0 && !geometry.bvh.occluded(start.as_vec3(), way.as_vec3(), 1.0) { value } else { 0.0 }
+    let open = |from: DVec3, way: DVec3| !geometry.bvh.occluded(from.as_vec3(), way.as_vec3(), 1.0);
+    let visible = || match mirror {
+        None => open(start, way),
+        Some(mirror) => {
+            // From the image to the mirror's plane nothing is in the way; before it stands the point itself.
+            let [height, rise] = [start, way].map(|v| v.dot(mirror.normal));
+            let share = (mirror.distance - height) / rise;
+            let place = start + share * way;
+            let side = mirror.normal * rise.signum();
+            let own = place + reflect(start - place, mirror.normal);
+            let there = || geometry.bvh.closest(own.as_vec3(), (place - own).as_vec3(), 1.01);
+            let shown = || there().and_then(|hit| geometry.at(hit)).is_some_and(|point| point.surface == mirror.surface);
+            (0.0..1.0).contains(&share) && shown() && open(place + least * side, (1.0 - share) * way)
+        }
+    };
+    if value > 0.0 && visible() { value } else { 0.0 }
 }

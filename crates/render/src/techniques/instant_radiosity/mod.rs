@@ -85,7 +85,7 @@ pub const TECHNIQUE: Technique = Technique {
             name: "interleaving",
             help: "Side of the squares of pixels that share out the virtual lights, and their light (1: each pixel gathers all)",
             unit: "",
-            kind: Kind::Count { min: 1, max: 8, default: 3 },
+            kind: Kind::Count { min: 1, max: 8, default: 1 },
         },
         Parameter {
             name: "sequence",
@@ -219,7 +219,7 @@ impl Walk {
         let sequence = self.sequence.clone().of(paths * walks);
         let all = walk::walk(&self.geometry, &self.sources, &sequence, &counts);
         let (mut list, all): (Vec<_>, Vec<_>) = all.into_iter().partition(Vpl::is_lamp);
-        let weights = eye::contributions(world, &self.geometry, &all, self.bounds(settings).map(f64::from));
+        let weights = eye::contributions(world, self, &all, self.bounds(settings).map(f64::from));
         let count = self.counts.iter().sum::<u32>() as usize;
         let likeness = Likeness {
             length: 0.5 * self.geometry.sphere().1 as f32,

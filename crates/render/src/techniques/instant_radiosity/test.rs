@@ -245,22 +245,6 @@ fn every_light_agrees_with_the_reference() {
     }
 }
 
-/// Where lights share shadow rays, a picture is that of a ray to each in the mean: what is left is noise, which more camera rays even out.
-#[test]
-fn shared_shadow_rays_are_right_in_the_mean() {
-    let Some(gpu) = gpu() else { return };
-    // Each camera ray has a path's lights, so the last has as many groups of lights that share as the first has lights.
-    let of = |settings: &str| picture(&gpu, &cornell(32, &format!("compensation = \"off\"\n{settings}"), ""));
-    let truth = of("paths = 64\nsamples = 16");
-    let shared = of("paths = 64\nsamples = 16\nsharing = 8");
-    let mean = |image: &Image| image.pixels.iter().flatten().sum::<f32>() / image.pixels.len() as f32;
-    let (bias, noise) =
-        (mean(&shared) / mean(&truth) - 1.0, metrics::linear::linear_errors(&shared, &truth).relative_rmse);
-    println!("shared shadow rays: {:.3} % of the light, noise {:.2} %", 100.0 * bias, 100.0 * noise);
-    assert!(bias.abs() < tolerance::SHARED_MEAN, "{bias}");
-    assert!(noise > 0.0 && noise < tolerance::SHARED, "{noise}");
-}
-
 /// A room whose lamp is behind a partition: all light that is seen has been reflected.
 #[test]
 fn a_room_lit_indirectly_agrees_with_the_reference() {

@@ -145,8 +145,7 @@ fn scattered(brdf: &Brdf, [normal, shading]: [DVec3; 2], incoming: DVec3, u: [f6
     let density = facets + (1.0 - chance) * n_l / PI;
     let turned = incoming.dot(shading) / incoming.dot(normal).max(1e-6);
     let value = brdf.value(shading, onward, incoming) * (g_l * turned / density);
-    // A path that is nearly in the surface may gain much of a mismatch of the two normals.
-    (value.is_finite()).then_some((onward, value.min(DVec3::splat(4.0))))
+    value.is_finite().then_some((onward, value))
 }
 
 /// The direction that a mirror of this normal gives a ray.
