@@ -54,23 +54,18 @@ struct Set {
 }
 
 /// From fast to good.
-const LADDER: [Set; 5] = [
-    set(16, 4, 4, false),
-    set(32, 4, 4, false),
-    set(64, 8, 4, true),
-    set(192, 8, 5, true),
-    set(1024, 16, 6, true),
-];
+const LADDER: [Set; 5] =
+    [set(16, 4, 4, false), set(32, 4, 4, false), set(64, 8, 4, true), set(192, 8, 5, true), set(1024, 16, 6, true)];
 /// The error that is asked for, and the radiance from which on a pixel shows the lamp [W·sr⁻¹·m⁻²].
 const AIM: f64 = 0.05;
 const LAMP: f32 = 2.0;
 /// Pictures of ours in a process whose times are taken, after the first.
-const PICTURES: u32 = 2;
+const PICTURES: u32 = 1;
 /// Samples of the picture of Mitsuba's that takes turns with ours.
 const TURN: u32 = 16;
 /// For the costs: the film's side, paths, and rings of the ball's triangles.
 const COST_SIDE: u32 = 128;
-const PATHS: [u32; 5] = [16, 64, 256, 512, 1024];
+const PATHS: [u32; 4] = [16, 64, 256, 512];
 const RINGS: [u32; 4] = [8, 24, 72, 160];
 
 const fn set(paths: u32, samples: u32, interleaving: u32, compensation: bool) -> Set {
@@ -79,7 +74,13 @@ const fn set(paths: u32, samples: u32, interleaving: u32, compensation: bool) ->
 
 impl Set {
     fn words(self) -> String {
-        format!("{}, {}, {}, {}", self.paths, self.samples, self.interleaving, if self.compensation { "on" } else { "off" })
+        format!(
+            "{}, {}, {}, {}",
+            self.paths,
+            self.samples,
+            self.interleaving,
+            if self.compensation { "on" } else { "off" }
+        )
     }
 }
 

@@ -4,11 +4,11 @@ use glam::{DVec3, Vec3};
 use tyndall_scene::World;
 use tyndall_scene::surface::Bsdf;
 
+use super::Walk;
 use super::geometry::{Geometry, Mirror, Point};
 use super::sequence::radical_inverse;
 use super::sources::towards;
 use super::vpl::{LOBE, PARALLEL, Vpl};
-use super::Walk;
 use super::walk::{reflect, through};
 use crate::math::brdf::Brdf;
 use crate::resident::View;
@@ -152,7 +152,8 @@ fn received(geometry: &Geometry, seen: &Seen, vpl: &Vpl, bound: f64, mirror: Opt
             let side = mirror.normal * rise.signum();
             let own = place + reflect(start - place, mirror.normal);
             let there = || geometry.bvh.closest(own.as_vec3(), (place - own).as_vec3(), 1.01);
-            let shown = || there().and_then(|hit| geometry.at(hit)).is_some_and(|point| point.surface == mirror.surface);
+            let shown =
+                || there().and_then(|hit| geometry.at(hit)).is_some_and(|point| point.surface == mirror.surface);
             (0.0..1.0).contains(&share) && shown() && open(place + least * side, (1.0 - share) * way)
         }
     };

@@ -1,5 +1,6 @@
 //! The light that pixels share: in squares of pixels each gathers another part of the virtual lights, where its middle sees a surface, and
-//! takes the rest from neighbours that see the same [KellerHeidrich01]. What is on an edge is seen by every camera ray anew.
+//! takes the rest from neighbours that see the same [KellerHeidrich01]. They share out camera rays, too; but what is on an edge is seen by
+//! all of them.
 
 use tyndall_scene::parameter::Settings;
 
@@ -14,9 +15,6 @@ static POINTS: Shader = shader!("techniques/instant_radiosity/points");
 /// Bytes of a `Cell` in `reuse.wesl`.
 pub(super) const CELL_BYTES: u64 = 80;
 
-/// Virtual lights of a camera ray, at least, as it takes as long as a few of them.
-const LEAST: usize = 8;
-
 /// Records the pass in which the cells of a tile gather `lights`, in squares of `interleaving` pixels a side.
 pub(super) async fn points_pass(
     graph: &mut Graph<'_>,
@@ -30,7 +28,7 @@ pub(super) async fn points_pass(
     let (gpu, tile) = (graph.gpu(), graph.tile());
     let [interleaving, samples] = ["interleaving", "samples"].map(|name| settings.number(name) as usize);
     let parts = interleaving * interleaving;
-    let rays = (lights.len() / (LEAST * parts)).clamp(1, samples);
+    let rays = samples.div_ceil(parts);
     let groups = walk.groups(&lights, settings, (parts * rays) as u32);
     let (vpls, mut ranges) = grouped(lights, &groups, &walk.mirrors);
     check_size(gpu, vpls.len())?;
