@@ -22,7 +22,7 @@
 pub mod bake;
 mod eye;
 pub(crate) mod geometry;
-mod points;
+pub(crate) mod points;
 mod punctual;
 mod representatives;
 pub mod sequence;

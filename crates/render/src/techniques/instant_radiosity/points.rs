@@ -13,7 +13,7 @@ use crate::resident::Resident;
 static POINTS: Shader = shader!("techniques/instant_radiosity/points");
 
 /// Bytes of a `Cell` in `reuse.wesl`.
-pub(super) const CELL_BYTES: u64 = 80;
+pub(crate) const CELL_BYTES: u64 = 80;
 
 /// Records the pass in which the cells of a tile gather `lights`, in squares of `interleaving` pixels a side.
 pub(super) async fn points_pass(

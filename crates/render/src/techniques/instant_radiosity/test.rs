@@ -105,7 +105,44 @@ fn kept(name: &str, world: &World, depth: Option<u32>, samples: u32, caustics: b
     if std::env::var_os("TYNDALL_BLESS").is_some() {
         reference(world, depth, samples, caustics).write(&path, 0.0).unwrap();
     }
-    Image::read(&path).unwrap_or_else(|error| panic!("{error} (TYNDALL_BLESS=1 makes it)"))
+    let image = Image::read(&path).unwrap_or_else(|error| panic!("{error} (TYNDALL_BLESS=1 makes it)"));
+    let distance = noises(&reference(world, depth, 64, caustics), &image);
+    println!("{name}: the reference is {distance:.2} from its scene");
+    assert!(
+        distance < tolerance::KEPT,
+        "{name}: {distance}: the reference is of another scene (TYNDALL_BLESS=1 makes it)"
+    );
+    image
+}
+
+/// The mean square of the difference between a quick picture and a kept one, over its variance by what samples of the kept one vary: 1 if
+/// both are of one scene.
+fn noises(quick: &Image, kept: &Image) -> f64 {
+    let [few, many] = [quick, kept].map(|image| image.statistics.as_ref().unwrap());
+    let of = |(i, c): (usize, usize)| {
+        let samples = 1.0 / f64::from(few.samples[i]) + 1.0 / f64::from(many.samples[i]);
+        let [a, b] = [quick, kept].map(|image| f64::from(image.pixels[i][c]));
+        // What does not vary, as lamps, is the same but for roundings.
+        (a - b).powi(2) / (f64::from(many.variance[i][c]) * samples + (1e-4 * b).powi(2) + 1e-12)
+    };
+    let count = quick.pixels.len();
+    (0..count).flat_map(|i| (0..3).map(move |c| (i, c))).map(of).sum::<f64>() / (3 * count) as f64
+}
+
+/// A kept reference of another scene is found out: a lamp that is brighter by a tenth, a wall of another colour.
+#[test]
+fn references_of_other_scenes_are_found_out() {
+    let kept = reference(&cornell(16, "", ""), Some(4), 512, true);
+    let of = |from: &str, to: &str| {
+        let changed = world(&format!(
+            "camera = {{ position = [0.5, 0.5, 2.4], target = [0.5, 0.5, 0], fov = 38 }}\nfilm.size = [16, 16]\n{}",
+            CORNELL.replace(from, to)
+        ));
+        noises(&reference(&changed, Some(4), 64, true), &kept)
+    };
+    let [same, brighter, redder] = [of("", ""), of("[17, 12, 5]", "[18.7, 13.2, 5.5]"), of("0.63", "0.8")];
+    println!("noises: {same:.2}; a brighter lamp {brighter:.2}, a redder wall {redder:.2}");
+    assert!(same < tolerance::KEPT && brighter > tolerance::KEPT && redder > tolerance::KEPT);
 }
 
 /// The virtual lights of a world, by its scene's settings.
@@ -243,6 +280,22 @@ fn every_light_agrees_with_the_reference() {
         }
         assert_near(&gpu, name, &world, Some(2), 2048, tolerance::RADIOSITY);
     }
+}
+
+/// Pixels that share out virtual lights show the same light as those that gather all, but for edges of shadows.
+#[test]
+fn interleaved_pixels_show_the_same_light() {
+    let Some(gpu) = gpu() else { return };
+    let of = |interleaving: u32| {
+        picture(&gpu, &cornell(96, &format!("paths = 64\nsamples = 9\ninterleaving = {interleaving}"), ""))
+    };
+    let [truth, shared] = [of(1), of(3)];
+    let mean = |image: &Image| image.pixels.iter().flatten().sum::<f32>() / (3 * image.pixels.len()) as f32;
+    let bias = mean(&shared) / mean(&truth) - 1.0;
+    let error = metrics::linear::linear_errors(&shared, &truth).relative_rmse;
+    println!("interleaved: {:.3} % of the light, {:.2} % of difference", 100.0 * bias, 100.0 * error);
+    assert!(bias.abs() < tolerance::INTERLEAVED_MEAN, "{bias}");
+    assert!(error > 0.0 && error < tolerance::INTERLEAVED, "{error}");
 }
 
 /// A room whose lamp is behind a partition: all light that is seen has been reflected.
