@@ -88,6 +88,11 @@ pub const FURNACE: f32 = 0.01;
 pub const SHARED_MEAN: f32 = 0.003;
 /// Relative RMSE of the same: eight lights share a ray, and a pixel has some sixteen.
 pub const SHARED: f64 = 0.02;
+/// Relative RMSE of a room lit by 128-texel shadow maps of virtual lights against one lit by rays: edges of shadows, a texel wide, of some
+/// 130 lights; 0.0007 is found.
+pub const MAPS: f64 = 0.002;
+/// The same under a sky, of which some 30 parallel lights shine into the scene: 0.011 is found, and falls with the texels.
+pub const MAPS_OF_SKY: f64 = 0.015;
 /// As [`FURNACE`], of a texel alone: short rays at random.
 pub const BAKED_TEXEL: f32 = 0.1;
 /// Relative RMSE of a light map against the picture of the same virtual lights: interpolation between texels at edges of shadows.
