@@ -302,6 +302,9 @@ async fn record(
     tracing::info!(vpls = vpls.len(), rounds = gather.rounds, "instant radiosity");
     if settings.number("media_paths") > 0.0 && !world.volumes.is_empty() {
         resident.virtual_lights = Some(walk.for_media(settings, gather.bound));
+        // They take the place of the environment's directions, which may have maps.
+        resident.transmittance.mapped = resident.transmittance.mapped.min(resident.lights.len() as u32);
+        resident.transmittance.directions = 0;
     }
     let textures = walk.geometry.bvh.textures(gpu).await?;
     let list = if vpls.is_empty() { vec![Vpl::BLACK] } else { vpls };
