@@ -385,6 +385,9 @@ async fn record(
     tracing::info!(vpls = vpls.len(), rounds = gather.rounds, maps = side.is_some(), "instant radiosity");
     if settings.number("media_paths") > 0.0 && !world.volumes.is_empty() {
         resident.virtual_lights = Some(walk.for_media(settings, gather.bound));
+        // They take the place of the environment's directions, which may have maps.
+        resident.transmittance.mapped = resident.transmittance.mapped.min(resident.lights.len() as u32);
+        resident.transmittance.directions = 0;
     }
     gather.vpls = if vpls.is_empty() { vec![Vpl::BLACK] } else { vpls };
     let mut gathering = Gathering::by_rays(gpu, &walk.geometry, &gather, &batches).await?;

@@ -418,3 +418,23 @@ fn virtual_lights_light_media() {
     println!("smoke: {found} for {expected}");
     assert!((found / expected - 1.0).abs().max_element() < tolerance::LIT_SMOKE, "{found} for {expected}");
 }
+
+/// Virtual lights take the place of the sky's directions in a medium, and have none of the maps that those have: what they light is
+/// as it is without maps, in a sky which has some and in the dark.
+#[test]
+fn virtual_lights_have_no_maps() {
+    let Some(gpu) = gpu() else { return };
+    let smoke = |maps: &str| {
+        let mut world = world(&format!(
+            "camera = {{ position = [0.5, 0.5, 2.4], target = [0.5, 0.5, 0], fov = 24 }}\nfilm.size = [24, 24]\n\
+             [lights.sky.constant]\nradiance = 0.01\n[techniques.instant_radiosity]\npaths = 16\n\
+             [techniques.march]\nlight_step = 1\n{maps}\n{CORNELL}\n\
+             [media.smoke]\ndensity.homogeneous = {{ min = [0.02, 0.3, 0.3], max = [0.4, 0.7, 0.7] }}\noptics.coefficients.sigma_s = 9"
+        ));
+        world.surfaces.retain(|surface| !matches!(surface.name.as_str(), "tall" | "short"));
+        picture(&gpu, &world)
+    };
+    let [without, with] = ["", "[techniques.transmittance]\nresolution = 32"].map(smoke);
+    let error = metrics::linear::linear_errors(&with, &without).relative_rmse;
+    assert!(error < tolerance::UNMAPPED, "{error}");
+}

@@ -330,14 +330,15 @@ fn rounds(
     let (lights, octaves) = (u64::from(scattering.lights), u64::from(scattering.octaves) + 1);
     let looks = u64::from(resident.traits.loops);
     let per_step = 2 + 3 * volumes + looks;
-    let per_light = light_steps
-        .saturating_add(bricks(scattering.stride.step))
-        .saturating_mul(per_step)
-        .saturating_add(resident.transmittance.iterations())
-        .saturating_add(octaves * (volumes + 1) + volumes + shadows::ITERATIONS);
+    let arrives = octaves * (volumes + 1) + volumes + shadows::ITERATIONS;
+    let per_light =
+        light_steps.saturating_add(bricks(scattering.stride.step)).saturating_mul(per_step).saturating_add(arrives);
+    let mapped = lights.min(resident.transmittance.mapped.into());
+    let looked_up = mapped * (resident.transmittance.iterations() + arrives);
     // Gradients and the search for surfaces have loops of their own.
     let details = if resident.traits.shaded || resident.traits.surfaces { (64 + 64 * looks) * volumes } else { 0 };
-    let per_sample = lights.saturating_mul(per_light).saturating_add(per_step + volumes + details);
+    let per_sample =
+        (lights - mapped).saturating_mul(per_light).saturating_add(looked_up + per_step + volumes + details);
     let passed = bricks(stride.step).saturating_mul(per_step).saturating_add(2 * volumes);
     let limit = u64::from(gpu.iterations()).saturating_sub(passed);
     if per_sample > limit {
