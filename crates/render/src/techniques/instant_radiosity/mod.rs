@@ -21,8 +21,8 @@
 
 pub mod bake;
 mod eye;
-mod media;
 pub(crate) mod geometry;
+mod media;
 mod punctual;
 mod representatives;
 pub mod sequence;
@@ -377,7 +377,7 @@ async fn record(
     let (vpls, ranges) = grouped(lights, &groups, &walk.mirrors);
     check_size(gpu, vpls.len())?;
     let mut gather = walk.gather(resident, settings);
-    let side = visibility::side(gpu, settings, resident.surfaces.count);
+    let side = visibility::side(gpu, settings, resident, vpls.len());
     let at_once = per_round(gpu, resident, &walk, &vpls, &gather)?;
     let mut batches = batches(&ranges, side.map_or(at_once, |side| at_once.min(Plan::capacity(gpu, side))));
     let plan = side.map_or(Plan::none(), |side| Plan::new(gpu, side, &vpls, &mut batches));
@@ -486,13 +486,7 @@ fn stride(resident: &Resident, settings: &Settings) -> Stride {
 
 /// How many virtual lights an invocation gathers in a round, by the nodes and triangles that rays to them meet, and the steps through
 /// media. A CPU driver's invocations go together: the loops of eight rays last as long as the longest.
-fn per_round(
-    gpu: &Gpu,
-    resident: &Resident,
-    walk: &Walk,
-    vpls: &[Vpl],
-    gather: &Gather,
-) -> Result<u32, RenderError> {
+fn per_round(gpu: &Gpu, resident: &Resident, walk: &Walk, vpls: &[Vpl], gather: &Gather) -> Result<u32, RenderError> {
     const TRIES: usize = 512;
     let ray = |i: usize| {
         let [from, to] = [&vpls[(i * 7919) % vpls.len()], &vpls[(i * 104_729 + 1) % vpls.len()]];
