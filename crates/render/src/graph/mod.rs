@@ -248,6 +248,7 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             ("GRADIENTS", f64::from(resident.has_gradients())),
             ("FLAT", f64::from(resident.flat)),
             ("CUTOUTS", f64::from(resident.surfaces.cutouts)),
+            ("SECOND", f64::from(resident.surfaces.second)),
         ];
         for (name, value) in constants.into_iter().chain(resident.transmittance.constants()) {
             if reflection.overrides.iter().any(|used| used == name) {

@@ -77,6 +77,10 @@ pub const MOTION: f64 = 1e-3;
 pub const PROBE_SERIES: f64 = 1e-4;
 /// Where a ray meets a triangle, on the device against the host: the same formula; rays that graze amplify its roundings.
 pub const HIT: f32 = 1e-3;
+/// Pixels of `test/maps.rs` whose middle lies within a rasteriser's rounding of the edge of a square or of what is cut out.
+pub const EDGE_PIXELS: usize = 20;
+/// Relative RMSE of a picture seen through 64 points of a pixel, against the reference's through as many others.
+pub const LAID: f64 = 0.03;
 /// A closed enclosure of reflectance 0.5 with 256 paths: 1/256 of the light is left out after eight reflections, the rest is noise of
 /// short rays.
 pub const FURNACE: f32 = 0.01;

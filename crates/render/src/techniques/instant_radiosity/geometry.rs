@@ -1,7 +1,7 @@
 //! What particles meet: surfaces and their materials on the host.
 
-use glam::{DVec3, Vec2, Vec3, Vec4};
-use tyndall_scene::surface::{Bsdf, Map, Surface};
+use glam::{DVec3, Vec3, Vec4};
+use tyndall_scene::surface::{Bsdf, Map, Surface, Texcoords};
 
 use super::media::Media;
 use crate::math::brdf::Brdf;
@@ -33,7 +33,7 @@ pub struct Point {
     /// The unit normal for shading, on the same side; without normal map.
     pub shading: DVec3,
     /// Texture coordinates.
-    pub uv: Vec2,
+    pub uv: Texcoords,
     /// Of the vertices: multiplies the material's colour and alpha.
     pub color: Vec4,
     /// The surface's number.
@@ -112,7 +112,7 @@ impl Geometry {
             Bsdf::MetallicRoughness { base_color_map, .. } => base_color_map,
             _ => &None,
         };
-        point.color.w * map.as_ref().map_or(1.0, |map| map.0.at(point.uv).w) < cutoff
+        point.color.w * map.as_ref().map_or(1.0, |map| map.at(point.uv).w) < cutoff
     }
 
     /// The point of a hit.
@@ -128,13 +128,14 @@ impl Geometry {
         let normal = (pb - pa).cross(pc - pa).try_normalize()?;
         let u = 1.0 - v - w;
         let mean = u * a.normal.as_dvec3() + v * b.normal.as_dvec3() + w * c.normal.as_dvec3();
-        let uv = |x: f32, y: f32, z: f32| (u * f64::from(x) + v * f64::from(y) + w * f64::from(z)) as f32;
+        let [ta, tb, tc] = [a, b, c].map(|vertex| vertex.texcoords());
+        let uv = |i: usize| (u * ta[i].as_dvec2() + v * tb[i].as_dvec2() + w * tc[i].as_dvec2()).as_vec2();
         Some(Point {
             position: u * pa + v * pb + w * pc,
             normal,
             shading: mean.try_normalize().unwrap_or(normal),
             color: u as f32 * a.color + v as f32 * b.color + w as f32 * c.color,
-            uv: Vec2::new(uv(a.u, b.u, c.u), uv(a.v, b.v, c.v)),
+            uv: [uv(0), uv(1)],
             surface: corners.w,
         })
     }
@@ -151,7 +152,7 @@ impl Geometry {
 
     /// How a point reflects; a mirror's reflectance is `base`.
     pub fn brdf(&self, point: &Point) -> Brdf {
-        let map = |map: &Option<Map>| map.as_ref().map_or(Vec4::ONE, |map| map.0.at(point.uv));
+        let map = |map: &Option<Map>| map.as_ref().map_or(Vec4::ONE, |map| map.at(point.uv));
         let color = point.color.truncate();
         match self.bsdf(point.surface) {
             Bsdf::Lambert { reflectance, map: of } => Brdf {
@@ -180,7 +181,7 @@ impl Geometry {
             return DVec3::ZERO;
         }
         let material = &self.surfaces[point.surface as usize].material;
-        let map = material.emission_map.as_ref().map_or(Vec3::ONE, |map| map.0.at(point.uv).truncate());
+        let map = material.emission_map.as_ref().map_or(Vec3::ONE, |map| map.at(point.uv).truncate());
         (material.emission * map).as_dvec3()
     }
 

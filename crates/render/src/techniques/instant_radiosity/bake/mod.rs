@@ -214,7 +214,7 @@ fn exported(world: &World, sides: &[Side], atlas: &Atlas, light: &[Vec3]) -> Vec
         let most = brightest[side as usize];
         if side > 0 && most > 0.0 { *value / most } else { Vec3::ZERO }
     });
-    let map = Map(Arc::new(Texture::of_light(atlas.size, relative)));
+    let map = Map::new(Texture::of_light(atlas.size, relative));
     let mut list: Vec<_> = world
         .surfaces
         .iter()
