@@ -11,9 +11,10 @@
 //! More particles walk than there are virtual lights: these stand for what all leave (`representatives.rs`), by what it counts for the
 //! picture (`eye.rs`).
 //!
-//! Visibility is by rays through a hierarchy of boxes (`resident/bvh.wesl`), and so are mirrors and glass on the way from the
-//! eye. Planar mirrors also show the virtual lights: each has an image that shines through the mirror's outline. Each camera ray
-//! of a pixel gathers its own part of the paths, so anti-aliasing takes no more lights.
+//! Visibility is by shadow maps or rays (`visibility`); rays through a hierarchy of boxes (`resident/bvh.wesl`) also find mirrors and
+//! glass on the way from the eye. Media dim light on its way (`media.rs`, on the host), and scatter none onto surfaces. Planar mirrors
+//! also show the virtual lights: each has an image that shines through the mirror's outline. Each camera ray of a pixel gathers its own
+//! part of the paths, so anti-aliasing takes no more lights.
 //!
 //! Not in the model: what curved mirrors and glass throw onto other surfaces straight from a light or another surface
 //! (caustics), and light that meets two mirrors in a row on its way from a virtual light; both are where a particle was
@@ -45,7 +46,7 @@ use tyndall_scene::surface::Bsdf;
 use super::{Recording, Role, Technique};
 use crate::graph::{Compute, Declaration, Graph, Shader, shader};
 use crate::resident::bvh::table;
-use crate::resident::{Light, Resident, Stride};
+use crate::resident::{Light, Resident, Stride, is_bodies};
 use crate::{Gpu, RenderError};
 use geometry::{Geometry, Mirror};
 use media::Media;
@@ -383,6 +384,9 @@ async fn record(
     let plan = side.map_or(Plan::none(), |side| Plan::new(gpu, side, &vpls, &mut batches));
     gather.rounds = batches.len() as u32;
     tracing::info!(vpls = vpls.len(), rounds = gather.rounds, maps = side.is_some(), "instant radiosity");
+    if world.volumes.iter().any(is_bodies) {
+        tracing::warn!("media: particles and strands dim no virtual light on its way to surfaces");
+    }
     if settings.number("media_paths") > 0.0 && !world.volumes.is_empty() {
         resident.virtual_lights = Some(walk.for_media(settings, gather.bound));
     }
