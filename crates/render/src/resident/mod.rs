@@ -23,13 +23,13 @@ use tyndall_scene::description::Camera;
 use tyndall_scene::{EnvironmentMap, World};
 
 pub use bodies::Bodies;
+pub(crate) use bodies::is_bodies;
 pub use light::{Light, Lights};
 pub use surfaces::Surfaces;
 pub use transmittance::Transmittance;
 pub use view::View;
-pub use volume::{MAX_VOLUMES, Volume};
-pub(crate) use bodies::is_bodies;
 pub(crate) use volume::voxel;
+pub use volume::{MAX_VOLUMES, Volume};
 pub(crate) use walk::Stride;
 
 use atlas::Atlas;

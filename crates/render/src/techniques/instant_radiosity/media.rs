@@ -61,7 +61,12 @@ mod test {
     fn transmittance_is_that_of_closed_forms() {
         let of = |medium: &str| {
             let optics = "optics.coefficients = { sigma_s = 0.5, sigma_a = [0.5, 1, 2] }";
-            Media::new(&world(&format!("camera = {{ position = [0, 0, 9], target = [0, 0, 0] }}\n[media.m]\n{medium}\n{optics}")), 0.5)
+            Media::new(
+                &world(&format!(
+                    "camera = {{ position = [0, 0, 9], target = [0, 0, 0] }}\n[media.m]\n{medium}\n{optics}"
+                )),
+                0.5,
+            )
         };
         let sigma = DVec3::new(1.0, 1.5, 2.5);
         let x = DVec3::X;

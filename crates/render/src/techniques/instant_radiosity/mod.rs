@@ -11,9 +11,10 @@
 //! More particles walk than there are virtual lights: these stand for what all leave (`representatives.rs`), by what it counts for the
 //! picture (`eye.rs`).
 //!
-//! Visibility is by rays through a hierarchy of boxes (`resident/bvh.wesl`), and so are mirrors and glass on the way from the
-//! eye. Planar mirrors also show the virtual lights: each has an image that shines through the mirror's outline. Each camera ray
-//! of a pixel gathers its own part of the paths, so anti-aliasing takes no more lights.
+//! Visibility is by shadow maps or rays (`visibility`); rays through a hierarchy of boxes (`resident/bvh.wesl`) also find mirrors and
+//! glass on the way from the eye. Media dim light on its way (`media.rs`, on the host), and scatter none onto surfaces. Planar mirrors
+//! also show the virtual lights: each has an image that shines through the mirror's outline. Each camera ray of a pixel gathers its own
+//! part of the paths, so anti-aliasing takes no more lights.
 //!
 //! Not in the model: what curved mirrors and glass throw onto other surfaces straight from a light or another surface
 //! (caustics), and light that meets two mirrors in a row on its way from a virtual light; both are where a particle was
@@ -21,8 +22,8 @@
 
 pub mod bake;
 mod eye;
-mod media;
 pub(crate) mod geometry;
+mod media;
 mod punctual;
 mod representatives;
 pub mod sequence;
@@ -45,7 +46,7 @@ use tyndall_scene::surface::Bsdf;
 use super::{Recording, Role, Technique};
 use crate::graph::{Compute, Declaration, Graph, Shader, shader};
 use crate::resident::bvh::table;
-use crate::resident::{Light, Resident, Stride};
+use crate::resident::{Light, Resident, Stride, is_bodies};
 use crate::{Gpu, RenderError};
 use geometry::{Geometry, Mirror};
 use media::Media;
@@ -377,12 +378,15 @@ async fn record(
     let (vpls, ranges) = grouped(lights, &groups, &walk.mirrors);
     check_size(gpu, vpls.len())?;
     let mut gather = walk.gather(resident, settings);
-    let side = visibility::side(gpu, settings, resident.surfaces.count);
+    let side = visibility::side(gpu, settings, resident, vpls.len());
     let at_once = per_round(gpu, resident, &walk, &vpls, &gather)?;
     let mut batches = batches(&ranges, side.map_or(at_once, |side| at_once.min(Plan::capacity(gpu, side))));
     let plan = side.map_or(Plan::none(), |side| Plan::new(gpu, side, &vpls, &mut batches));
     gather.rounds = batches.len() as u32;
     tracing::info!(vpls = vpls.len(), rounds = gather.rounds, maps = side.is_some(), "instant radiosity");
+    if world.volumes.iter().any(is_bodies) {
+        tracing::warn!("media: particles and strands dim no virtual light on its way to surfaces");
+    }
     if settings.number("media_paths") > 0.0 && !world.volumes.is_empty() {
         resident.virtual_lights = Some(walk.for_media(settings, gather.bound));
         // They take the place of the environment's directions, which may have maps.
@@ -489,13 +493,7 @@ fn stride(resident: &Resident, settings: &Settings) -> Stride {
 
 /// How many virtual lights an invocation gathers in a round, by the nodes and triangles that rays to them meet, and the steps through
 /// media. A CPU driver's invocations go together: the loops of eight rays last as long as the longest.
-fn per_round(
-    gpu: &Gpu,
-    resident: &Resident,
-    walk: &Walk,
-    vpls: &[Vpl],
-    gather: &Gather,
-) -> Result<u32, RenderError> {
+fn per_round(gpu: &Gpu, resident: &Resident, walk: &Walk, vpls: &[Vpl], gather: &Gather) -> Result<u32, RenderError> {
     const TRIES: usize = 512;
     let ray = |i: usize| {
         let [from, to] = [&vpls[(i * 7919) % vpls.len()], &vpls[(i * 104_729 + 1) % vpls.len()]];

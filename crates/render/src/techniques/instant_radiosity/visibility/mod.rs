@@ -21,9 +21,9 @@ use glam::{UVec2, Vec3};
 use tyndall_scene::parameter::{Kind, Parameter, Settings};
 use wgpu::TextureUsages;
 
+use super::Batch;
 use super::geometry::Geometry;
 use super::vpl::{PARALLEL, Vpl};
-use super::Batch;
 use crate::graph::{Draw, Graph, Region, Shader, Turns, shader};
 use crate::resident::Resident;
 use crate::{Gpu, RenderError};
@@ -46,13 +46,20 @@ pub(super) const RESOLUTION: Parameter = Parameter {
     kind: Kind::Count { min: 16, max: 1024, default: 128 },
 };
 
-/// The side of maps [texels] by the settings, for so many triangles; `None`: rays.
-pub(super) fn side(_gpu: &Gpu, settings: &Settings, _triangles: u32) -> Option<u32> {
+/// The side of maps [texels] by the settings, for so many lights; `None`: rays. By default there are maps where surfaces have no more
+/// triangles than pixels are lit by a drawing of them: all triangles are drawn for each face, and each pixel is spared a ray.
+pub(super) fn side(gpu: &Gpu, settings: &Settings, resident: &Resident, lights: usize) -> Option<u32> {
+    let side = settings.number(RESOLUTION.name) as u32;
     let maps = match settings.choice(VISIBILITY.name) {
-        "auto" => false,
+        "auto" => {
+            let film = resident.film.map(u64::from).iter().product::<u64>();
+            let tile = u64::from(gpu.tile_side()).pow(2);
+            let pixels = if lights as u64 > u64::from(Plan::capacity(gpu, side)) { film.min(tile) } else { film };
+            u64::from(resident.surfaces.count) < pixels
+        }
         choice => choice == "maps",
     };
-    maps.then(|| settings.number(RESOLUTION.name) as u32)
+    maps.then_some(side)
 }
 
 /// Texels a side of the atlas, at most: 64 MiB.
@@ -125,11 +132,8 @@ impl Maps {
         let vertices = 3 * resident.surfaces.count;
         let instances = casts.len() as u32;
         let casts = gpu.buffer("casts", &Casts { list: casts.clone() });
-        let pass = graph
-            .raster("maps of virtual lights", &DEPTH)
-            .world(resident)
-            .read("gather", gather)
-            .read("casts", &casts);
+        let pass =
+            graph.raster("maps of virtual lights", &DEPTH).world(resident).read("gather", gather).read("casts", &casts);
         if turns.iter().filter(|turn| !turn.is_empty()).count() > 1 {
             pass.draw_in_turns(Turns { vertices, depth: &atlas, regions, turns }).await?;
         } else {
