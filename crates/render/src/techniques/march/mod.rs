@@ -14,6 +14,8 @@
 
 mod blue_noise;
 #[cfg(test)]
+mod lattice;
+#[cfg(test)]
 mod looks;
 #[cfg(test)]
 mod test;
@@ -94,7 +96,7 @@ pub const TECHNIQUE: Technique = Technique {
             name: "resolution_tolerance",
             help: "Error of interpolated radiance, times the film's exposure, or opacity above which a pixel is marched",
             unit: "W/sr/m^2",
-            kind: Kind::Number { min: 0.0, max: 1.0, default: 0.008 },
+            kind: Kind::Number { min: 0.0, max: 1.0, default: 0.016 },
         },
         ENVIRONMENT_DIRECTIONS,
         AREA_POINTS,
@@ -316,6 +318,7 @@ pub(crate) async fn record_up_to(
             .constant("BACK_TO_FRONT", back_to_front)
             .constant("ONE_GRID", plain && traits.one_grid())
             .constant("ALONG", along && plain && traits.one_grid())
+            .constant("RUN", if scale > 1 { 4.0 } else { 1e9 })
             .constant("SUNS", suns > 0)
             .constant("MARCHED", marched)
             .constant("LIGHTS", scattered.lights)
