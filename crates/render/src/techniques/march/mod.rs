@@ -14,8 +14,6 @@
 
 mod blue_noise;
 #[cfg(test)]
-mod lattice;
-#[cfg(test)]
 mod looks;
 #[cfg(test)]
 mod test;
@@ -96,7 +94,7 @@ pub const TECHNIQUE: Technique = Technique {
             name: "resolution_tolerance",
             help: "Error of interpolated radiance, times the film's exposure, or opacity above which a pixel is marched",
             unit: "W/sr/m^2",
-            kind: Kind::Number { min: 0.0, max: 1.0, default: 0.016 },
+            kind: Kind::Number { min: 0.0, max: 1.0, default: 0.02 },
         },
         ENVIRONMENT_DIRECTIONS,
         AREA_POINTS,
