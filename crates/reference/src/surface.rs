@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use glam::{DMat3, DMat4, DVec3, Vec2, Vec3, Vec4};
+use glam::{DMat3, DMat4, DVec3, Vec3, Vec4};
 use tyndall_scene::World;
-use tyndall_scene::surface::{self, Map, Material, Surface, TriangleMesh};
+use tyndall_scene::surface::{self, Material, Surface, Texcoords, TriangleMesh};
 
 use crate::Random;
 use crate::area::AreaLights;
@@ -198,13 +198,13 @@ impl Part {
     }
 
     /// Texture coordinates; 0 where there are none.
-    fn texcoord(&self, face: &Face, weights: [f64; 3]) -> Vec2 {
-        let at = |i: usize| self.mesh.texcoords.get(face.corners[i] as usize).copied().unwrap_or_default();
-        (0..3).map(|i| at(i) * weights[i] as f32).sum()
+    fn texcoord(&self, face: &Face, weights: [f64; 3]) -> Texcoords {
+        let corners = face.corners.map(|corner| self.mesh.texcoords_of(corner));
+        [0, 1].map(|set| (0..3).map(|i| corners[i][set] * weights[i] as f32).sum())
     }
 
     /// The unit normal for shading on the front; `None` where there is none.
-    fn normal(&self, face: &Face, weights: [f64; 3], uv: Vec2) -> Option<DVec3> {
+    fn normal(&self, face: &Face, weights: [f64; 3], uv: Texcoords) -> Option<DVec3> {
         let at =
             |i: usize| self.mesh.normals.get(face.corners[i] as usize).map_or(DVec3::ZERO, |normal| normal.as_dvec3());
         let normal = (self.normals * blend(weights, at)).try_normalize()?;
@@ -216,12 +216,12 @@ impl Part {
         let hand = f64::from(of(0).w) * self.linear.determinant().signum();
         let bitangent = normal.cross(tangent) * hand;
         let scale = f64::from(map.scale);
-        let bent = (map.map.0.at(uv).truncate().as_dvec3() * 2.0 - 1.0) * DVec3::new(scale, scale, 1.0);
+        let bent = (map.map.at(uv).truncate().as_dvec3() * 2.0 - 1.0) * DVec3::new(scale, scale, 1.0);
         (tangent * bent.x + bitangent * bent.y + normal * bent.z).try_normalize()
     }
 
     /// What multiplies the reflectance, and how opaque it is: the vertices' colours times the material's picture.
-    fn color(&self, face: &Face, weights: [f64; 3], uv: Vec2) -> Vec4 {
+    fn color(&self, face: &Face, weights: [f64; 3], uv: Texcoords) -> Vec4 {
         let of = |i: usize| self.mesh.colors.get(face.corners[i] as usize).copied().unwrap_or(Vec4::ONE);
         let color: Vec4 = (0..3).map(|i| of(i) * weights[i] as f32).sum();
         let map = match &self.material.bsdf {
@@ -229,17 +229,17 @@ impl Part {
             surface::Bsdf::MetallicRoughness { base_color_map, .. } => base_color_map.as_ref(),
             surface::Bsdf::Mirror { .. } | surface::Bsdf::Dielectric { .. } => None,
         };
-        color * map.map_or(Vec4::ONE, |Map(texture)| texture.at(uv))
+        color * map.map_or(Vec4::ONE, |map| map.at(uv))
     }
 
-    fn bsdf(&self, face: &Face, weights: [f64; 3], uv: Vec2, front: bool) -> Bsdf {
+    fn bsdf(&self, face: &Face, weights: [f64; 3], uv: Texcoords, front: bool) -> Bsdf {
         let color = || self.color(face, weights, uv).truncate();
         match &self.material.bsdf {
             surface::Bsdf::Lambert { reflectance, .. } => {
                 Bsdf::Lambert { reflectance: (reflectance * color()).as_dvec3() }
             }
             surface::Bsdf::MetallicRoughness { base_color, metallic, roughness, metallic_roughness_map, .. } => {
-                let texel = metallic_roughness_map.as_ref().map_or(Vec3::ONE, |map| map.0.at(uv).truncate());
+                let texel = metallic_roughness_map.as_ref().map_or(Vec3::ONE, |map| map.at(uv).truncate());
                 let [metallic, roughness] = [metallic * texel.z, roughness * texel.y].map(f64::from);
                 Bsdf::Rough(Rough::new((base_color * color()).as_dvec3(), metallic, roughness))
             }
@@ -252,12 +252,12 @@ impl Part {
     }
 
     /// What a side emits [W·sr⁻¹·m⁻²].
-    fn emission(&self, uv: Vec2, front: bool) -> DVec3 {
+    fn emission(&self, uv: Texcoords, front: bool) -> DVec3 {
         let material = &self.material;
         if material.emission == Vec3::ZERO || !(front || material.double_sided) {
             return DVec3::ZERO;
         }
-        let map = material.emission_map.as_ref().map_or(Vec3::ONE, |map| map.0.at(uv).truncate());
+        let map = material.emission_map.as_ref().map_or(Vec3::ONE, |map| map.at(uv).truncate());
         (material.emission * map).as_dvec3()
     }
 

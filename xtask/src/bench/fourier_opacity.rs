@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use tyndall_plot::{Line, slope};
 
+use super::plot::draw;
 use super::volumes::measure::{Run, Tyndall, read_exr, relative_rmse};
 use super::volumes::median;
-use super::volumes::plot::{Line, draw, slope};
 use super::{publish, table};
 use crate::driver::{self, Consent};
 use crate::process;
@@ -155,7 +156,7 @@ fn texels(bench: &Bench) -> Result<String> {
     let runs = bench.runs(SCENE, &settings)?;
     let points: Vec<_> =
         SIDES.iter().zip(&runs).map(|(&side, runs)| (f64::from(side).powi(2), pass(runs, DEPOSIT) * 1e3)).collect();
-    let exponent = slope(&points);
+    let exponent = slope(&points).0;
     let line = Line { name: "deposit".into(), points };
     draw("fourier-texels.svg", "texels", "deposit [ms]", &[line])?;
     Ok(format!(
@@ -185,7 +186,7 @@ fn particles(bench: &Bench) -> Result<String> {
             format!("{:.2} \u{b5}s", seconds * 1e6 / f64::from(number)),
         ]);
     }
-    let exponent = slope(&points[1..]);
+    let exponent = slope(&points[1..]).0;
     draw("fourier-particles.svg", "particles", "drawing [ms]", &[Line { name: "drawing".into(), points }])?;
     Ok(format!(
         "## By particles\n\nRandom balls of 3 texels across in one light, seven of Fourier's numbers, 256 x 256 texels, one range of \

@@ -4,6 +4,7 @@ mod accuracy;
 mod fourier_opacity;
 mod memory;
 mod mitsuba;
+mod plot;
 mod radiosity;
 mod volumes;
 

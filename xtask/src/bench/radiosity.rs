@@ -6,11 +6,12 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 use serde_json::Value;
+use tyndall_plot::{Line, slope};
 
 use super::mitsuba::install;
+use super::plot::draw;
 use super::volumes::measure::{Run, Tyndall, read_exr};
 use super::volumes::median;
-use super::volumes::plot::{Line, draw, slope};
 use super::{publish, table};
 use crate::driver::{self, Consent};
 use crate::process;
@@ -287,8 +288,8 @@ impl Bench {
             "## Cost\n\nAt {COST_SIDE} × {COST_SIDE}. The box with 16 camera rays a pixel, against paths: an exponent of {:.2} over the last three, below \
              which camera\nrays are most of it. And with a ball of ever more triangles in place of the short block, 64 paths: an exponent of {:.2}, as a \
              hierarchy's\ndepth goes with the logarithm.\n\n{}\n{}\n![against paths](pictures/radiosity-paths.svg) ![against triangles](pictures/radiosity-triangles.svg)\n",
-            slope(last),
-            slope(&triangles),
+            slope(last).0,
+            slope(&triangles).0,
             rows("paths", &paths),
             rows("triangles", &triangles)
         ))

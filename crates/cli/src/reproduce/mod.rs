@@ -1,6 +1,5 @@
 //! A paper's figures and tables, made anew: pictures, plots and numbers on a page.
 
-mod curves;
 mod fourier_opacity;
 mod instant_radiosity;
 mod page;

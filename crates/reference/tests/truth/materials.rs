@@ -35,7 +35,7 @@ fn with(change: impl FnOnce(&mut Surface, &mut Material)) -> World {
 }
 
 fn picture(texels: &[[u8; 4]]) -> Map {
-    Map(Arc::new(Texture { width: texels.len() as u32, height: 1, texels: texels.to_vec(), srgb: false }))
+    Map::new(Texture { width: texels.len() as u32, height: 1, texels: texels.to_vec(), srgb: false })
 }
 
 /// What is seen of the point (x, 0, 0) from above.

@@ -5,15 +5,16 @@
 //! The names are checked against the shader's own reflection, so a pass that forgets, invents or confuses a binding is
 //! an error that names pass and binding. Recording makes pipelines and bind groups; executing allocates nothing.
 //!
-//! What a pass runs over is said last: `over_film`, an invocation a pixel; `over_queue`, as many workgroups as an earlier pass has found; `dispatch`, so many workgroups, once a frame;
-//! `draw` and `draw_layers`, triangles into a target.
+//! What a pass runs over is said last: `over_film`, an invocation a pixel; `over_queue`, as many workgroups as an earlier pass has
+//! found; `dispatch`, so many workgroups, once a frame; `draw` and `draw_layers`, triangles into a target; `draw_in_turns`, some of them
+//! before each round of the pass that comes next.
 
 mod bindings;
 mod raster;
 mod shader;
 
 pub use bindings::{BindingError, Bindings, Resource};
-pub use raster::{Draw, Layers, Region, Target};
+pub use raster::{Draw, Layers, Region, Target, Turns};
 pub(crate) use shader::shader;
 pub use shader::{BindingKind, Reflected, Reflection, Shader};
 
@@ -89,6 +90,11 @@ impl Work {
             Work::Draw(drawing) => drawing.once(),
         }
     }
+
+    /// Whether its rounds and those of the next pass take turns.
+    fn in_turns(&self) -> bool {
+        matches!(self, Work::Draw(drawing) if drawing.in_turns())
+    }
 }
 
 impl<'a> Graph<'a> {
@@ -133,20 +139,28 @@ impl<'a> Graph<'a> {
     /// frame does so with the first tile.
     pub fn submit(&self, tile: Tile, profiler: &mut wgpu_profiler::GpuProfiler) {
         let first = tile.origin == glam::UVec2::ZERO;
-        for pass in self.passes.iter().filter(|pass| first || !pass.work.once()) {
-            for round in 0..pass.rounds {
-                let mut bytes = encase::StorageBuffer::new([0u8; Tile::SHADER_SIZE.get() as usize]);
-                bytes.write(&Tile { round, ..tile }).expect("the array has the tile's size");
-                self.gpu.queue.write_buffer(&self.tile, 0, &bytes.into_inner());
-                let label = wgpu::CommandEncoderDescriptor { label: Some(pass.name) };
-                let mut encoder = self.gpu.device.create_command_encoder(&label);
-                let mut scope = profiler.scope("frame", &mut encoder);
-                pass.record(Tile { round, ..tile }, &mut scope);
-                drop(scope);
-                profiler.resolve_queries(&mut encoder);
-                self.gpu.queue.submit([encoder.finish()]);
+        for together in self.passes.chunk_by(|pass, _| pass.work.in_turns()) {
+            let rounds = together.iter().map(|pass| pass.rounds).max().unwrap_or(0);
+            for round in 0..rounds {
+                let wanted = |pass: &&Pass| round < pass.rounds && (first || !pass.work.once());
+                for pass in together.iter().filter(wanted) {
+                    self.submit_pass(pass, Tile { round, ..tile }, profiler);
+                }
             }
         }
+    }
+
+    fn submit_pass(&self, pass: &Pass, tile: Tile, profiler: &mut wgpu_profiler::GpuProfiler) {
+        let mut bytes = encase::StorageBuffer::new([0u8; Tile::SHADER_SIZE.get() as usize]);
+        bytes.write(&tile).expect("the array has the tile's size");
+        self.gpu.queue.write_buffer(&self.tile, 0, &bytes.into_inner());
+        let label = wgpu::CommandEncoderDescriptor { label: Some(pass.name) };
+        let mut encoder = self.gpu.device.create_command_encoder(&label);
+        let mut scope = profiler.scope("frame", &mut encoder);
+        pass.record(tile, &mut scope);
+        drop(scope);
+        profiler.resolve_queries(&mut encoder);
+        self.gpu.queue.submit([encoder.finish()]);
     }
 }
 
@@ -252,15 +266,15 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             ("GRADIENTS", f64::from(resident.has_gradients())),
             ("FLAT", f64::from(resident.flat)),
             ("CUTOUTS", f64::from(resident.surfaces.cutouts)),
+            ("SECOND", f64::from(resident.surfaces.second)),
         ];
         for (name, value) in constants.into_iter().chain(resident.transmittance.constants()) {
             if reflection.overrides.iter().any(|used| used == name) {
                 self = self.constant(name, value);
             }
         }
-        let resources: [(_, Resource); 19] = [
+        let resources: [(_, Resource); 18] = [
             ("volumes", (&resident.volumes).into()),
-            ("extras", (&resident.extras).into()),
             ("bricks", (&resident.bricks).into()),
             ("atlas", (&resident.atlas).into()),
             ("gradients", (&resident.gradients).into()),

@@ -31,6 +31,8 @@ pub struct GBuffer {
     pub facing: wgpu::Texture,
     /// `Rg32Float`: from where in the film it was in the frame before to where it is, x to the right, y down [pixel].
     pub motion: wgpu::Texture,
+    /// `Rg32Float`: the second set of texture coordinates; one texel where no map takes it.
+    pub second: wgpu::Texture,
 }
 
 impl GBuffer {
@@ -56,6 +58,9 @@ impl GBuffer {
             place: gpu.texture_2d("place", film, Rgba32Float, written).await?,
             facing: gpu.texture_2d("facing", film, Rgba32Uint, written).await?,
             motion: gpu.texture_2d("motion", film, Rg32Float, written).await?,
+            second: gpu
+                .texture_2d("second", if resident.surfaces.second { film } else { [1; 2] }, Rg32Float, written)
+                .await?,
         };
         let surfaces = &resident.surfaces;
         let extent = surfaces.bounds.map_or(1.0, |[low, high]| (high - low).length()).max(f32::MIN_POSITIVE / NEAREST);
@@ -84,6 +89,7 @@ impl GBuffer {
             .write("surface_place", &gbuffer.place)
             .write("surface_facing", &gbuffer.facing)
             .write("surface_motion", &gbuffer.motion)
+            .write("surface_second", &gbuffer.second)
             .over_film(1)
             .await?;
         Ok(gbuffer)

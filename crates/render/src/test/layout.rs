@@ -88,7 +88,8 @@ fn shared_structs_have_one_layout() {
     let gather = "techniques/instant_radiosity/gather";
     assert_eq!(rust_layout::<techniques::instant_radiosity::vpl::Vpl, _>(), shader_layout(gather, "Vpl"));
     assert_eq!(techniques::instant_radiosity::VPL_BYTES, shader_layout(gather, "Vpl").1);
-    assert_eq!(rust_layout::<techniques::instant_radiosity::Batch, _>(), shader_layout(gather, "Batch"));
+    let casters = rust_layout::<techniques::instant_radiosity::visibility::Casters, _>();
+    assert_eq!(casters, shader_layout(gather, "Casters"));
     let ring = "techniques/instant_radiosity/ring";
     assert_eq!(rust_layout::<techniques::instant_radiosity::walkthrough::Ring, _>(), shader_layout(ring, "Ring"));
     let bodies = "test/probes/bodies";

@@ -5,6 +5,7 @@ mod display;
 mod golden;
 mod layout;
 mod limits;
+mod maps;
 mod media;
 pub mod probe;
 pub mod tolerance;

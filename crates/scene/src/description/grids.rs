@@ -30,9 +30,9 @@ pub struct TemperatureGrid {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ColorGrids {
-    /// Path of a `.vdb` file relative to the scene file.
+    /// Path of a `.vdb` or `.nvdb` file relative to the scene file.
     pub file: String,
-    /// The file's grids of red, green and blue, linear Rec. 709.
+    /// The file's grids of red, green and blue, linear Rec. 709. Of a grid of vectors: `["Cd.x", "Cd.y", "Cd.z"]`, with its name.
     pub names: [String; 3],
 }
 

@@ -7,7 +7,7 @@ use glam::{Mat4, Quat, Vec2, Vec3};
 use serde_json::{Value, json};
 
 use super::gltf::{LEAST_ANGLE, LUMENS_PER_WATT};
-use super::{Surface, SurfaceError, TriangleMesh};
+use super::{Surface, SurfaceError, TriangleMesh, Wrap};
 use crate::description::{Camera, Light};
 
 mod materials;
@@ -29,7 +29,7 @@ pub struct Exported {
     /// The surface. Colours of its vertices are written as `COLOR_0`; glTF defines them from 0 to 1.
     pub surface: Surface,
     /// A second texture coordinate a vertex (`TEXCOORD_1`), which the material's emission map then uses: a light map's. Or
-    /// none.
+    /// none; the mesh's own second set is written then.
     pub light_map_texcoords: Vec<Vec2>,
 }
 
@@ -63,6 +63,8 @@ struct Writer {
     meshes: Vec<Value>,
     materials: Vec<Value>,
     images: Vec<Value>,
+    /// An image, and how it goes on beyond its edges.
+    textures: Vec<(usize, [Wrap; 2])>,
     nodes: Vec<Value>,
     cameras: Vec<Value>,
     /// Meshes with their material by where they lie in memory, so that what is shared is written once.
@@ -108,6 +110,11 @@ impl Writer {
         material: usize,
     ) -> Result<Value, SurfaceError> {
         let count = mesh.positions.len();
+        if !second.is_empty() && !mesh.second_texcoords.is_empty() {
+            let what = format!("{name:?} has two second sets of texture coordinates: the mesh's and a light map's");
+            return Err(SurfaceError::corrupt(what));
+        }
+        let second = if second.is_empty() { &mesh.second_texcoords } else { second };
         let lengths = [mesh.normals.len(), mesh.texcoords.len()];
         let optional = [mesh.tangents.len(), mesh.colors.len(), second.len()];
         if count == 0 || lengths.iter().any(|&n| n != count) || optional.iter().any(|&n| n != 0 && n != count) {
@@ -226,7 +233,20 @@ impl Writer {
     /// The document and its bytes in one file.
     fn finish(mut self, lights: Vec<Value>) -> Result<Vec<u8>, SurfaceError> {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
-        let textures: Vec<_> = (0..self.images.len()).map(|source| json!({ "source": source })).collect();
+        let mut samplers: Vec<[Wrap; 2]> = Vec::new();
+        let textures = self.textures.iter().map(|&(source, wrap)| {
+            if wrap == [Wrap::Repeat; 2] {
+                return json!({ "source": source });
+            }
+            let sampler = samplers.iter().position(|known| *known == wrap).unwrap_or_else(|| {
+                samplers.push(wrap);
+                samplers.len() - 1
+            });
+            json!({ "source": source, "sampler": sampler })
+        });
+        let textures: Vec<_> = textures.collect();
+        let samplers: Vec<_> =
+            samplers.into_iter().map(|[s, t]| json!({ "wrapS": code(s), "wrapT": code(t) })).collect();
         let mut document = json!({
             "asset": { "version": "2.0", "generator": concat!("tyndall ", env!("CARGO_PKG_VERSION")) },
         });
@@ -242,6 +262,7 @@ impl Writer {
             ("cameras", self.cameras),
             ("images", self.images),
             ("textures", textures),
+            ("samplers", samplers),
             ("accessors", self.accessors),
             ("bufferViews", self.views),
         ] {
@@ -276,6 +297,15 @@ impl Writer {
             glb.extend(self.bytes);
         }
         Ok(glb)
+    }
+}
+
+/// What glTF calls it.
+fn code(wrap: Wrap) -> u32 {
+    match wrap {
+        Wrap::Repeat => 10497,
+        Wrap::Mirror => 33648,
+        Wrap::Clamp => 33071,
     }
 }
 

@@ -107,7 +107,7 @@ impl Source<'_> {
         let map = match read(self) {
             Ok(texture) => {
                 self.left.0 = self.left.0.saturating_sub(texture.bytes());
-                Some(Map(Arc::new(texture)))
+                Some(Map::new(texture))
             }
             Err(reason) => {
                 let object = self.object;

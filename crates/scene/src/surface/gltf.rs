@@ -20,19 +20,22 @@ mod container;
 mod light;
 mod material;
 mod primitive;
+mod texture;
 
 pub(super) use light::{LEAST_ANGLE, LUMENS_PER_WATT};
+pub(super) use texture::place;
 
 use container::Buffers;
 
 /// Extensions that are read; others that a file must have are refused, others that it has warned about.
-const EXTENSIONS: [&str; 6] = [
+const EXTENSIONS: [&str; 7] = [
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_volume",
+    "KHR_texture_transform",
 ];
 
 /// Reads the scene of a glTF file: that which it says is shown, else its first.
@@ -44,8 +47,8 @@ pub(super) fn read(source: &mut Source, bytes: &[u8]) -> Result<Model, SurfaceEr
         json::deserialize::from_slice(text).map_err(|error| SurfaceError::corrupt(error.to_string()))?;
     let unknown = |used: &[String]| used.iter().find(|name| !EXTENSIONS.contains(&name.as_str())).cloned();
     if let Some(found) = unknown(&root.extensions_required) {
-        let accepted = "no other extension required than KHR_lights_punctual and KHR_materials_emissive_strength, _ior, \
-                        _specular, _transmission and _volume";
+        let accepted = "no other extension required than KHR_lights_punctual, KHR_texture_transform and \
+                        KHR_materials_emissive_strength, _ior, _specular, _transmission and _volume";
         return Err(SurfaceError::Unsupported { found: format!("the extension {found:?}"), accepted });
     }
     if let Some(found) = unknown(&root.extensions_used) {

@@ -2,8 +2,8 @@
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
-use super::TriangleMesh;
 use super::tangents::add_tangents;
+use super::{Map, TriangleMesh};
 
 /// Triangles as a file gives them; lists other than `positions` and `triangles` may be empty, else they have an entry a
 /// vertex. Indices are within `positions`.
@@ -12,13 +12,14 @@ pub(super) struct Triangles {
     pub positions: Vec<Vec3>,
     pub normals: Vec<Vec3>,
     pub texcoords: Vec<Vec2>,
+    pub second_texcoords: Vec<Vec2>,
     pub tangents: Vec<Vec4>,
     pub colors: Vec<Vec4>,
     pub triangles: Vec<[u32; 3]>,
 }
 
 /// Bytes that a vertex takes at most, and a triangle.
-pub(super) const VERTEX_BYTES: usize = size_of::<[Vec3; 2]>() + size_of::<Vec2>() + size_of::<[Vec4; 2]>();
+pub(super) const VERTEX_BYTES: usize = size_of::<[Vec3; 2]>() + size_of::<[Vec2; 2]>() + size_of::<[Vec4; 2]>();
 pub(super) const TRIANGLE_BYTES: usize = size_of::<[u32; 3]>();
 
 /// How normals that a file lacks are made.
@@ -31,9 +32,9 @@ pub(super) enum Missing {
 }
 
 impl Triangles {
-    /// The mesh, with tangents where a normal map needs them. What had to be dropped or replaced is warned about, by the
+    /// The mesh, with tangents where there is a normal map. What had to be dropped or replaced is warned about, by the
     /// name of the object.
-    pub fn finish(mut self, object: &str, missing: Missing, tangents: bool) -> TriangleMesh {
+    pub fn finish(mut self, object: &str, missing: Missing, normal_map: Option<&Map>) -> TriangleMesh {
         let count = self.triangles.len();
         let positions = &self.positions;
         self.triangles.retain(|triangle| twice_area(positions, triangle).is_some());
@@ -48,7 +49,8 @@ impl Triangles {
         }
         self.compact();
         self.mend_normals(object);
-        let stray = self.texcoords.iter_mut().filter(|uv| !uv.is_finite()).map(|uv| *uv = Vec2::ZERO).count();
+        let sets = self.texcoords.iter_mut().chain(&mut self.second_texcoords);
+        let stray = sets.filter(|uv| !uv.is_finite()).map(|uv| *uv = Vec2::ZERO).count();
         let pale = self.colors.iter_mut().filter(|color| !(color.is_finite() && color.min_element() >= 0.0));
         let pale = pale.map(|color| *color = Vec4::ONE).count();
         for (count, what) in [(stray, "texture coordinates"), (pale, "colours")] {
@@ -56,21 +58,22 @@ impl Triangles {
                 tracing::warn!("{object}: the {what} of {count} vertices are no numbers; they are replaced");
             }
         }
-        let mapped = !self.texcoords.is_empty();
-        if !mapped {
+        let second = normal_map.is_some_and(|map| map.second);
+        let mapped = !if second { &self.second_texcoords } else { &self.texcoords }.is_empty();
+        if self.texcoords.is_empty() {
             self.texcoords = vec![Vec2::ZERO; self.positions.len()];
         }
         let given = self.tangents.iter().all(|t| t.truncate().is_normalized() && t.w.abs() == 1.0);
-        if !tangents || !given {
+        if normal_map.is_none() || !given {
             self.tangents.clear();
         }
-        let Self { positions, normals, texcoords, tangents: known, colors, triangles } = self;
-        let mut mesh = TriangleMesh { positions, normals, texcoords, tangents: known, colors, triangles };
-        if tangents && mesh.tangents.is_empty() {
+        let Self { positions, normals, texcoords, second_texcoords, tangents, colors, triangles } = self;
+        let mut mesh = TriangleMesh { positions, normals, texcoords, second_texcoords, tangents, colors, triangles };
+        if let Some(map) = normal_map.filter(|_| mesh.tangents.is_empty()) {
             if !mapped {
                 tracing::warn!("{object}: has a normal map, but no texture coordinates");
             }
-            add_tangents(&mut mesh);
+            add_tangents(&mut mesh, map);
         }
         mesh
     }
@@ -107,6 +110,7 @@ impl Triangles {
         pick(&mut self.positions, from);
         pick(&mut self.normals, from);
         pick(&mut self.texcoords, from);
+        pick(&mut self.second_texcoords, from);
         pick(&mut self.tangents, from);
         pick(&mut self.colors, from);
     }

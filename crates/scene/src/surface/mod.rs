@@ -23,7 +23,7 @@ pub use error::SurfaceError;
 pub use export::{Export, Exported};
 pub(crate) use file::Format;
 pub use material::{Bsdf, Material, Transmission};
-pub use texture::{Map, NormalMap, Texture, TextureError};
+pub use texture::{Map, NormalMap, Texcoords, Texture, TextureError, Wrap};
 
 use crate::LoadError;
 use crate::assets::Assets;
@@ -44,7 +44,8 @@ pub struct Surface {
     pub material: Arc<Material>,
 }
 
-/// Triangles; every list has an entry a vertex, but `triangles`, and `tangents` and `colors` where they are empty.
+/// Triangles; every list has an entry a vertex, but `triangles`, and `second_texcoords`, `tangents` and `colors` where they are
+/// empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriangleMesh {
     /// Positions of the vertices [m].
@@ -53,7 +54,9 @@ pub struct TriangleMesh {
     pub normals: Vec<Vec3>,
     /// Texture coordinates; (0, 0) is a picture's top left corner, (1, 1) its bottom right.
     pub texcoords: Vec<Vec2>,
-    /// Unit tangents, along the first texture coordinate; w (±1) is the sign of the bitangent w·(normal × tangent). Empty
+    /// A second set of them, of maps that take it; empty where none does.
+    pub second_texcoords: Vec<Vec2>,
+    /// Unit tangents, along the first coordinate in the normal map; w (±1) is the sign of the bitangent w·(normal × tangent). Empty
     /// where no material needs them.
     pub tangents: Vec<Vec4>,
     /// Linear red, green, blue and alpha, which multiply the reflectance (base colour); empty where there are none.
@@ -65,10 +68,16 @@ pub struct TriangleMesh {
 impl TriangleMesh {
     /// Bytes of memory.
     pub fn bytes(&self) -> u64 {
-        let Self { positions, normals, texcoords, tangents, colors, triangles } = self;
+        let Self { positions, normals, texcoords, second_texcoords, tangents, colors, triangles } = self;
         let vectors = size_of_val(positions.as_slice()) + size_of_val(normals.as_slice());
         let wide = size_of_val(tangents.as_slice()) + size_of_val(colors.as_slice());
-        (vectors + wide + size_of_val(texcoords.as_slice()) + size_of_val(triangles.as_slice())) as u64
+        let flat = size_of_val(texcoords.as_slice()) + size_of_val(second_texcoords.as_slice());
+        (vectors + wide + flat + size_of_val(triangles.as_slice())) as u64
+    }
+
+    /// Both texture coordinates of a vertex; 0 where there are none.
+    pub fn texcoords_of(&self, vertex: u32) -> Texcoords {
+        [&self.texcoords, &self.second_texcoords].map(|set| set.get(vertex as usize).copied().unwrap_or_default())
     }
 }
 
@@ -126,15 +135,13 @@ pub(crate) fn load(scene: &Scene, assets: &dyn Assets, left: &mut Budget) -> Res
                 tracing::warn!("{object}: its transform overflows or has no inverse; it is left out");
                 continue;
             }
-            if !mesh.colors.is_empty() {
-                tracing::warn!("{object}: colours of vertices are read and not rendered");
-            }
-            let mesh = if material.normal_map.is_some() && mesh.tangents.is_empty() {
-                let mut mesh = (*mesh).clone();
-                tangents::add_tangents(&mut mesh);
-                Arc::new(mesh)
-            } else {
-                mesh
+            let mesh = match &material.normal_map {
+                Some(normals) if mesh.tangents.is_empty() => {
+                    let mut mesh = (*mesh).clone();
+                    tangents::add_tangents(&mut mesh, &normals.map);
+                    Arc::new(mesh)
+                }
+                _ => mesh,
             };
             loaded.surfaces.push(Surface { name: object, mesh, world_from_object, material });
         }
@@ -292,7 +299,7 @@ impl Reader<'_> {
             source,
         })?;
         self.left.0 = self.left.0.saturating_sub(texture.bytes());
-        let map = Map(Arc::new(texture));
+        let map = Map::new(texture);
         self.textures.insert(key, Some(map.clone()));
         Ok(map)
     }

@@ -89,7 +89,7 @@ pub(super) fn read(source: &mut Source, bytes: &[u8]) -> Result<Model, SurfaceEr
         let name = if group.name.is_empty() { material.name.clone() } else { group.name.clone() };
         let object = format!("{}/{name}", source.object);
         let triangles = group.triangles(&positions, &texcoords, &normals);
-        let mesh = triangles.finish(&object, Missing::Smooth, material.normal_map.is_some());
+        let mesh = triangles.finish(&object, Missing::Smooth, material.normal_map.as_ref().map(|normals| &normals.map));
         parts.push(Part { name, mesh: source.keep(mesh)?, file_from_object: Mat4::IDENTITY, material });
     }
     Ok(Model { parts, ..Model::default() })

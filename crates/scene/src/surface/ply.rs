@@ -67,7 +67,7 @@ pub(super) fn read(source: &mut Source, bytes: &[u8]) -> Result<Model, SurfaceEr
             }
         }
     }
-    let mesh = source.keep(triangles.finish(source.object, Missing::Smooth, false))?;
+    let mesh = source.keep(triangles.finish(source.object, Missing::Smooth, None))?;
     let material = Arc::new(Material::default());
     let part = Part { name: String::new(), mesh, file_from_object: Mat4::IDENTITY, material };
     Ok(Model { parts: vec![part], ..Model::default() })

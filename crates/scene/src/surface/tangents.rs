@@ -5,14 +5,14 @@ use std::collections::HashMap;
 use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::{Vec3, Vec4};
 
-use super::TriangleMesh;
+use super::{Map, TriangleMesh};
 
-/// Gives a mesh tangents. Vertices whose triangles need different ones become several.
-pub(super) fn add_tangents(mesh: &mut TriangleMesh) {
-    let mut corners = Corners { tangents: vec![None; 3 * mesh.triangles.len()], mesh };
+/// Gives a mesh tangents for a map of normals. Vertices whose triangles need different ones become several.
+pub(super) fn add_tangents(mesh: &mut TriangleMesh, normals: &Map) {
+    let mut corners = Corners { tangents: vec![None; 3 * mesh.triangles.len()], mesh, normals };
     // It fails only for meshes without triangles, which have no vertices either.
     let _ = bevy_mikktspace::generate_tangents(&mut corners);
-    let Corners { tangents, .. } = corners;
+    let tangents = corners.tangents;
     mesh.tangents = vec![Vec4::ZERO; mesh.positions.len()];
     let mut copies = HashMap::new();
     for (i, tangent) in tangents.into_iter().enumerate() {
@@ -26,6 +26,9 @@ pub(super) fn add_tangents(mesh: &mut TriangleMesh) {
                 mesh.positions.push(mesh.positions[vertex]);
                 mesh.normals.push(mesh.normals[vertex]);
                 mesh.texcoords.push(mesh.texcoords[vertex]);
+                if let Some(&second) = mesh.second_texcoords.get(vertex) {
+                    mesh.second_texcoords.push(second);
+                }
                 mesh.tangents.push(tangent);
                 if let Some(&color) = mesh.colors.get(vertex) {
                     mesh.colors.push(color);
@@ -45,6 +48,7 @@ fn across(tangent: Option<Vec4>, normal: Vec3) -> Vec4 {
 /// The mesh as the algorithm reads it, and what it says of the triangles' corners.
 struct Corners<'a> {
     mesh: &'a TriangleMesh,
+    normals: &'a Map,
     tangents: Vec<Option<Vec4>>,
 }
 
@@ -68,7 +72,7 @@ impl Geometry for Corners<'_> {
         self.of(&self.mesh.normals, face, corner).to_array()
     }
     fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
-        self.of(&self.mesh.texcoords, face, corner).to_array()
+        self.normals.place(self.mesh.texcoords_of(self.mesh.triangles[face][corner])).to_array()
     }
     fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, corner: usize) {
         // The algorithm's bitangent is along the second texture coordinate, which goes down in a picture; that of a

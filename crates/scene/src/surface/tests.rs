@@ -74,6 +74,8 @@ pub fn assert_valid(mesh: &TriangleMesh) {
     assert!(mesh.normals.len() == count && mesh.texcoords.len() == count);
     assert!(mesh.tangents.is_empty() || mesh.tangents.len() == count);
     assert!(mesh.colors.is_empty() || mesh.colors.len() == count);
+    assert!(mesh.second_texcoords.is_empty() || mesh.second_texcoords.len() == count);
+    assert!(mesh.second_texcoords.iter().all(|v| v.is_finite()));
     assert!(mesh.positions.iter().all(|v| v.is_finite()) && mesh.texcoords.iter().all(|v| v.is_finite()));
     assert!(mesh.normals.iter().all(|v| v.is_normalized()), "{:?}", mesh.normals.iter().find(|v| !v.is_normalized()));
     assert!(mesh.tangents.iter().all(|v| v.truncate().is_normalized() && v.w.abs() == 1.0));

@@ -3,18 +3,85 @@
 use std::io::Cursor;
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Affine2, Vec2, Vec3, Vec4};
 use image::{ImageDecoder as _, ImageFormat, ImageReader, Limits};
 
 use crate::volume::Budget;
 
-/// A picture on a surface.
+/// A picture on a surface, and how it lies there.
 #[derive(Clone, Debug)]
-pub struct Map(pub Arc<Texture>);
+pub struct Map {
+    /// The picture.
+    pub texture: Arc<Texture>,
+    /// What is beyond its left and right edge, and beyond its top and bottom.
+    pub wrap: [Wrap; 2],
+    /// Maps texture coordinates to those of the picture.
+    pub transform: Affine2,
+    /// Whether it takes the second set of texture coordinates.
+    pub second: bool,
+}
+
+/// What is beyond an edge of a picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wrap {
+    /// The picture again.
+    #[default]
+    Repeat,
+    /// Its image in a mirror, and then it again.
+    Mirror,
+    /// The texels of the edge.
+    Clamp,
+}
+
+/// The first and the second texture coordinates of a point.
+pub type Texcoords = [Vec2; 2];
 
 impl PartialEq for Map {
     fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.0, &other.0)
+        let how = |map: &Self| (map.wrap, map.transform, map.second);
+        Arc::ptr_eq(&self.texture, &other.texture) && how(self) == how(other)
+    }
+}
+
+impl Map {
+    /// A picture that repeats, in the first set of texture coordinates.
+    pub fn new(texture: Texture) -> Self {
+        Self { texture: Arc::new(texture), wrap: Default::default(), transform: Affine2::IDENTITY, second: false }
+    }
+
+    /// Where in the picture a point is: (0, 0) is its top left corner, (1, 1) its bottom right.
+    pub fn place(&self, uv: Texcoords) -> Vec2 {
+        self.transform.transform_point2(uv[usize::from(self.second)])
+    }
+
+    /// Linear red, green, blue, alpha at texture coordinates: bilinear between texels' centres.
+    pub fn at(&self, uv: Texcoords) -> Vec4 {
+        let (place, texture) = (self.place(uv), &self.texture);
+        let [(left, right, fx), (above, below, fy)] = [(place.x, texture.width, 0), (place.y, texture.height, 1)]
+            .map(|(x, n, axis)| self.wrap[axis].texels(x, n));
+        let row = |y| texture.texel(left, y).lerp(texture.texel(right, y), fx);
+        row(above).lerp(row(below), fy)
+    }
+}
+
+impl Wrap {
+    /// The two texels, of `count`, that a coordinate lies between, and how far it is from the first to the second.
+    fn texels(self, x: f32, count: u32) -> (u32, u32, f32) {
+        let x = if x.abs() < 1e30 { x } else { 0.0 };
+        let folded = match self {
+            Self::Repeat => x.rem_euclid(1.0),
+            // From 0 to 1 and back.
+            Self::Mirror => 1.0 - (1.0 - x.rem_euclid(2.0)).abs(),
+            Self::Clamp => x.clamp(0.0, 1.0),
+        };
+        let place = folded * count as f32 - 0.5;
+        let low = place.floor();
+        let [first, last] = [low, low + 1.0].map(|i| match self {
+            Self::Repeat => (i as i64).rem_euclid(i64::from(count)) as u32,
+            // Beside an edge a mirror shows its texels, too.
+            Self::Mirror | Self::Clamp => (i.max(0.0) as u32).min(count - 1),
+        });
+        (first, last, place - low)
     }
 }
 
@@ -27,7 +94,7 @@ pub struct NormalMap {
     pub scale: f32,
 }
 
-/// A picture in memory, 8 bits a channel; it repeats beyond its edges.
+/// A picture in memory, 8 bits a channel.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Texture {
     /// Columns.
@@ -103,20 +170,9 @@ impl Texture {
         size_of_val(self.texels.as_slice()) as u64
     }
 
-    /// Linear red, green, blue, alpha at texture coordinates: bilinear between texels' centres.
-    pub fn at(&self, uv: Vec2) -> Vec4 {
-        let [w, h] = [self.width, self.height];
-        let (x, y) = (uv.x.rem_euclid(1.0) * w as f32 - 0.5, uv.y.rem_euclid(1.0) * h as f32 - 0.5);
-        let (fx, fy) = (x - x.floor(), y - y.floor());
-        let texel = |dx: i64, dy: i64| {
-            let column = (x.floor() as i64 + dx).rem_euclid(i64::from(w)) as usize;
-            let row = (y.floor() as i64 + dy).rem_euclid(i64::from(h)) as usize;
-            self.linear(self.texels[row * w as usize + column])
-        };
-        texel(0, 0).lerp(texel(1, 0), fx).lerp(texel(0, 1).lerp(texel(1, 1), fx), fy)
-    }
-
-    fn linear(&self, texel: [u8; 4]) -> Vec4 {
+    /// Linear red, green, blue, alpha of a texel.
+    fn texel(&self, column: u32, row: u32) -> Vec4 {
+        let texel = self.texels[row as usize * self.width as usize + column as usize];
         let [r, g, b, a] = texel.map(|byte| f32::from(byte) / 255.0);
         if !self.srgb {
             return Vec4::new(r, g, b, a);

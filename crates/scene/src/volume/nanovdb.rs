@@ -1,4 +1,4 @@
-//! Reads one scalar grid of a NanoVDB file into a dense grid.
+//! Reads one grid of a NanoVDB file.
 //!
 //! Source of the format: NanoVDB, NanoVDB.h and io/IO.h (version 32). A file has segments: a header, what there is to
 //! know of each grid, and the grids, each as NanoVDB has it in memory; [`tree`] reads that.
@@ -6,9 +6,11 @@
 #[cfg(test)]
 mod tests;
 mod tree;
+mod values;
 
 use glam::{DMat3, DMat4, DVec3};
 use tree::{Bytes, Extent, Tree};
+use values::VEC3F;
 
 use super::VolumeError;
 use super::bricks::Bricks;
@@ -24,15 +26,16 @@ const BLOSC_PART: usize = 1 << 30;
 /// Neither DEFLATE nor LZ4 makes more bytes than this of one.
 const MAX_RATIO: u64 = 1032;
 
-/// Reads the grid named `grid` of a NanoVDB file, the first of that name.
+/// Reads the grid named `grid` of a NanoVDB file, the first of that name. A grid of vectors is three, `.x`, `.y` and `.z`
+/// after its name: those of a grid `Cd` of colours are `Cd.x`, `Cd.y` and `Cd.z`.
 ///
 /// As with [`read_vdb`](super::read_vdb), the result spans the bounding box of the active voxels and active tiles, and
 /// one voxel more on each side, which holds the background; a world unit is taken as a metre. A compressed grid is
 /// decompressed as a whole: it and the result must fit into the budget together.
 ///
 /// # Errors
-/// Any [`VolumeError`] but those of other formats. Accepted are grids of 32-bit floats and of type Fp16, not compressed
-/// or by zip or Blosc.
+/// Any [`VolumeError`] but those of other formats. Accepted are grids of 16, 32 and 64-bit floats, of three 32-bit
+/// floats, and of types Fp4, Fp8, Fp16 and FpN, not compressed or by zip or Blosc; 64-bit floats are rounded to 32 bits.
 pub fn read_nanovdb(bytes: &[u8], grid: &str, budget: Budget) -> Result<Grid, VolumeError> {
     let descriptors = descriptors(bytes)?;
     let descriptor = descriptors.iter().find(|descriptor| descriptor.name == grid).ok_or_else(|| {
@@ -47,16 +50,20 @@ pub fn read_nanovdb(bytes: &[u8], grid: &str, budget: Budget) -> Result<Grid, Vo
             (unpacked.as_slice(), Budget(budget.0 - unpacked.len() as u64))
         }
     };
-    let memory = Bytes(memory);
-    let tree = Tree::new(memory)?;
+    in_memory(Bytes(memory), descriptor.component, left)
+}
+
+/// Reads the grid at `memory`; of vectors, the component that is given.
+fn in_memory(memory: Bytes, component: Option<usize>, budget: Budget) -> Result<Grid, VolumeError> {
+    let tree = Tree::new(memory, component)?;
     let extent = Extent::of(&tree)?;
-    let voxels = smallest(|| fill(&tree, &extent, left), || fill(&tree, &extent, left))?;
+    let voxels = smallest(|| fill(&tree, &extent, budget), || fill(&tree, &extent, budget))?;
     let origin = DMat4::from_translation(DVec3::from_array(extent.origin().map(|n| n as f64)));
     let world_from_index = invertible(world_from_file(memory)? * origin, "map")?;
     Ok(Grid::bricked(extent.dims().map(|n| n as u32), voxels, world_from_index))
 }
 
-/// Names of all grids of a NanoVDB file, in its order, also of those that [`read_nanovdb`] does not accept.
+/// Names of all grids of a NanoVDB file, in its order, those of vectors by component, also of those that [`read_nanovdb`] does not accept.
 ///
 /// # Errors
 /// [`VolumeError`]s of a malformed file; grids themselves are not looked at.
@@ -93,8 +100,9 @@ fn fill<T: Sample>(tree: &Tree, extent: &Extent, budget: Budget) -> Result<Fille
     Ok(filled)
 }
 
-fn finite(value: f32, index: [i64; 3]) -> Result<f32, VolumeError> {
-    if value.is_finite() { Ok(value) } else { Err(VolumeError::NotFinite { index, value: value.into() }) }
+fn finite(value: f64, index: [i64; 3]) -> Result<f32, VolumeError> {
+    let single = value as f32;
+    if single.is_finite() { Ok(single) } else { Err(VolumeError::NotFinite { index, value }) }
 }
 
 /// The matrix is the file's by rows, in double precision.
@@ -113,6 +121,8 @@ fn world_from_file(memory: Bytes) -> Result<DMat4, VolumeError> {
 /// A grid, as its file describes it.
 struct Descriptor<'a> {
     name: String,
+    /// Of vectors, the one that is meant.
+    component: Option<usize>,
     /// Bytes in memory.
     size: u64,
     /// 0 for none, 1 for zip, 2 for Blosc.
@@ -140,22 +150,29 @@ fn descriptors(bytes: &[u8]) -> Result<Vec<Descriptor<'_>>, VolumeError> {
         }
         let count = u16::from_le_bytes(file.array(at + 12)?);
         at += HEADER;
-        let first = descriptors.len();
-        let mut sizes = Vec::new();
+        let mut grids = Vec::new();
         for _ in 0..count {
             let [size, packed] = [u64::from_le_bytes(file.array(at)?), u64::from_le_bytes(file.array(at + 8)?)];
+            let kind = file.u32(at + 32)?;
             let length = file.u32(at + 136)? as usize;
             let codec = u16::from_le_bytes(file.array(at + 168)?);
             let name = file.slice(at + DESCRIPTOR, length)?;
             let name = String::from_utf8_lossy(name).trim_end_matches('\0').to_owned();
             at += DESCRIPTOR + length;
-            descriptors.push(Descriptor { name, size, codec, packed: &[] });
-            sizes.push(packed);
+            grids.push((Descriptor { name, component: None, size, codec, packed: &[] }, kind, packed));
         }
-        for (descriptor, size) in descriptors[first..].iter_mut().zip(sizes) {
-            let size = usize::try_from(size).unwrap_or(usize::MAX);
-            descriptor.packed = file.slice(at, size)?;
-            at += size;
+        for (mut descriptor, kind, packed) in grids {
+            let packed = usize::try_from(packed).unwrap_or(usize::MAX);
+            descriptor.packed = file.slice(at, packed)?;
+            at += packed;
+            if kind != VEC3F {
+                descriptors.push(descriptor);
+                continue;
+            }
+            for (component, letter) in ["x", "y", "z"].into_iter().enumerate() {
+                let name = format!("{}.{letter}", descriptor.name);
+                descriptors.push(Descriptor { name, component: Some(component), ..descriptor });
+            }
         }
     }
     Ok(descriptors)

@@ -150,8 +150,8 @@ fn maps_are_read_once_and_count_for_hash_and_budget() {
         (Some(reflectance), Some(reflectance)),
         "one picture"
     );
-    assert!(reflectance.0.srgb && !rough.0.srgb && !a.normal_map.as_ref().unwrap().map.0.srgb);
-    assert_eq!(reflectance.0.at(Vec2::new(0.25, 0.5)).x, 1.0);
+    assert!(reflectance.texture.srgb && !rough.texture.srgb && !a.normal_map.as_ref().unwrap().map.texture.srgb);
+    assert_eq!(reflectance.at([Vec2::new(0.25, 0.5); 2]).x, 1.0);
 
     let other = png(&[[254, 0, 0, 255], [0, 0, 0, 255]], 2);
     assert_ne!(load(&[("a.png", &other), files[1]], 1 << 20).unwrap().hash, world.hash);

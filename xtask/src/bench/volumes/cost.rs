@@ -4,9 +4,9 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use anyhow::{Context, Result};
+use tyndall_plot::{Line, slope};
 
-use super::super::table;
-use super::plot::{Line, draw, slope};
+use super::super::{plot::draw, table};
 use super::{Bench, median};
 use crate::process;
 
@@ -72,7 +72,7 @@ pub fn section(bench: &Bench) -> Result<String> {
         let steps = STEPS.iter().map(|&step| Ok((1.0 / step, time(model, SIDE, 320, step)?)));
         let steps = steps.collect::<Result<Vec<_>>>()?;
         for (plot, points) in plots.iter_mut().zip([sizes, films, steps]) {
-            row.push(format!("{:.2}", slope(&points)));
+            row.push(format!("{:.2}", slope(&points).0));
             plot.push(Line { name: name.clone(), points });
         }
         rows.push(row);

@@ -5,7 +5,6 @@ mod fetch;
 mod mapping;
 pub(super) mod measure;
 mod optimisations;
-pub(super) mod plot;
 mod scattering;
 mod tracing;
 

@@ -10,9 +10,9 @@ use std::path::Path;
 
 use serde_json::json;
 use tyndall::math::transmittance::{Basis, Fourier, Slices, Window, absorbance};
+use tyndall_plot::{Axes, Line, curves};
 use tyndall_scene::image::DisplayImage;
 
-use super::curves::{Axes, Curve, svg};
 use super::page::Page;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
@@ -34,13 +34,13 @@ fn fourier(harmonics: usize) -> Fourier {
     Fourier { harmonics, window: Window::Off }
 }
 
-fn exact(ray: &Ray) -> Curve {
-    Curve { name: "exact".into(), points: depths().map(|d| (d, (-ray.optical_depth(d)).exp())).collect() }
+fn exact(ray: &Ray) -> Line {
+    Line { name: "exact".into(), points: depths().map(|d| (d, (-ray.optical_depth(d)).exp())).collect() }
 }
 
-fn kept(name: &str, ray: &Ray, basis: &dyn Basis) -> Curve {
+fn kept(name: &str, ray: &Ray, basis: &dyn Basis) -> Line {
     let sums = ray.sums(basis);
-    Curve { name: name.into(), points: depths().map(|d| (d, basis.transmittance(&sums, d))).collect() }
+    Line { name: name.into(), points: depths().map(|d| (d, basis.transmittance(&sums, d))).collect() }
 }
 
 /// An experiment: what it is called while it works, and what it does.
@@ -90,7 +90,7 @@ pub fn page(rendering: &RenderingArguments, quick: bool, folder: &Path) -> Resul
 fn features(_: &Bench, page: &mut Page) -> Result<(), Failure> {
     page.section("Figure 1c", "Transmittance along a ray with several features, exact and with 15 coefficients.");
     let ray = rays::puffs();
-    page.plot(&svg(&AXES, &[exact(&ray), kept("15 coefficients", &ray, &fourier(7))])?);
+    page.plot(&curves(&AXES, &[exact(&ray), kept("15 coefficients", &ray, &fourier(7))]).map_err(Failure::Failed)?);
     Ok(())
 }
 
@@ -128,8 +128,8 @@ fn counts(_: &Bench, page: &mut Page) -> Result<(), Failure> {
         rows.push(vec![json!(count), json!(error(&fourier(count / 2))), json!(error(&Slices { count }))]);
     }
     page.table("figure_4", &["coefficients", "Fourier", "slices"], &rows);
-    let curves = [exact(&ray), kept("Fourier, 7", &ray, &fourier(3)), kept("slices, 7", &ray, &Slices { count: 7 })];
-    page.plot(&svg(&AXES, &curves)?);
+    let lines = [exact(&ray), kept("Fourier, 7", &ray, &fourier(3)), kept("slices, 7", &ray, &Slices { count: 7 })];
+    page.plot(&curves(&AXES, &lines).map_err(Failure::Failed)?);
     Ok(())
 }
 
@@ -202,16 +202,16 @@ fn ringing(_: &Bench, page: &mut Page) -> Result<(), Failure> {
     }
     page.table("figure_8", &["coefficients", "window", "greatest T, α = 0.9", "α = 0.99"], &rows);
     let ray = layer(0.9);
-    let mut curves = vec![exact(&ray)];
+    let mut lines = vec![exact(&ray)];
     for (name, harmonics, window) in [
         ("15", 7, Window::Off),
         ("101", 50, Window::Off),
         ("999", 499, Window::Off),
         ("15, Lanczos", 7, Window::Lanczos),
     ] {
-        curves.push(Curve { name: name.into(), points: unbounded(&ray, Fourier { harmonics, window }) });
+        lines.push(Line { name: name.into(), points: unbounded(&ray, Fourier { harmonics, window }) });
     }
-    page.plot(&svg(&Axes { top: 1.4, ..AXES }, &curves)?);
+    page.plot(&curves(&Axes { top: 1.4, ..AXES }, &lines).map_err(Failure::Failed)?);
     Ok(())
 }
 

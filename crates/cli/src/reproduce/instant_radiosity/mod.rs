@@ -1,7 +1,5 @@
 //! Keller, Instant Radiosity, 1997: the sequence of pictures, the error by kind of points, how many images, and their time.
 
-mod plot;
-
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -9,6 +7,7 @@ use std::time::Instant;
 use serde_json::{Value, json};
 use tyndall::Gpu;
 use tyndall::techniques::instant_radiosity::{self, walk};
+use tyndall_plot::{Line, log_log, slope};
 use tyndall_scene::assets::Embedded;
 use tyndall_scene::image::{Image, Picture, tonemap};
 use tyndall_scene::parameter;
@@ -20,7 +19,6 @@ use crate::input::memory_budget;
 use crate::interrupt::Interrupt;
 use crate::render::RenderingArguments;
 use crate::say;
-use plot::{Line, slope, svg};
 
 const SCENE: &str = include_str!("../../../../../scenes/cornell.toml");
 
@@ -104,7 +102,7 @@ fn sequence(bench: &Bench, page: &mut Page) -> Result<(), Failure> {
     page.picture("cornell-reference", "the reference", &tonemap::display(&truth, 0.0))?;
     page.table("sequence", &["N", "M", "relative error", "time [s]", "time per virtual light [ms]"], &rows);
     let lines = [Line { name: "time".into(), points: times }];
-    page.plot(&svg("Time", "M, virtual lights", "time [s]", &lines)?);
+    page.plot(&log_log("Time", "M, virtual lights", "time [s]", &lines).map_err(Failure::Failed)?);
     Ok(())
 }
 
@@ -157,7 +155,7 @@ fn points(bench: &Bench, page: &mut Page) -> Result<(), Failure> {
         lines.push(line);
     }
     page.table("points", &["points", "relative RMS error at N = 64", "slope", "standard error"], &rows);
-    page.plot(&svg("Error by kind of points", "N", "relative RMS error", &lines)?);
+    page.plot(&log_log("Error by kind of points", "N", "relative RMS error", &lines).map_err(Failure::Failed)?);
     Ok(())
 }
 
@@ -179,6 +177,6 @@ fn images(page: &mut Page) -> Result<(), Failure> {
         }
     }
     page.table("images", &["r", "N", "M", "N/(1 - r)"], &rows);
-    page.plot(&svg("Images", "N, paths", "M, images", &lines)?);
+    page.plot(&log_log("Images", "N, paths", "M, images", &lines).map_err(Failure::Failed)?);
     Ok(())
 }

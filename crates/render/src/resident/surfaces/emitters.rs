@@ -1,6 +1,6 @@
 //! Surfaces that emit, as lights at points.
 
-use glam::{DVec3, Mat3, UVec4, Vec2, Vec3};
+use glam::{DVec3, Mat3, UVec4, Vec3};
 use tyndall_scene::surface::Surface;
 
 use super::{Vertex, triangles};
@@ -71,8 +71,9 @@ impl<'s> Emitter<'s> {
             let [a, b, c] = corners(&self.vertices, &self.triangles[number]);
             let position = Mat3::from_cols(a.position, b.position, c.position) * weights;
             let normal = (b.position - a.position).cross(c.position - a.position).normalize_or_zero();
-            let [u, v] = [[a.u, b.u, c.u], [a.v, b.v, c.v]].map(|values| Vec3::from(values).dot(weights));
-            let map = material.emission_map.as_ref().map_or(Vec3::ONE, |map| map.0.at(Vec2::new(u, v)).truncate());
+            let [ta, tb, tc] = [a, b, c].map(Vertex::texcoords);
+            let uv = [0, 1].map(|set| ta[set] * weights.x + tb[set] * weights.y + tc[set] * weights.z);
+            let map = material.emission_map.as_ref().map_or(Vec3::ONE, |map| map.at(uv).truncate());
             let area = (self.area / f64::from(count)) as f32;
             lights.push(Light::area(position, normal, area, material.emission * map));
             if material.double_sided {

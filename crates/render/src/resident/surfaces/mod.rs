@@ -5,11 +5,12 @@ mod maps;
 #[cfg(test)]
 mod test;
 
-use glam::{Mat3, UVec2, UVec4, Vec3, Vec4};
-use tyndall_scene::surface::{Bsdf, Map, Surface};
+use glam::{Mat3, UVec4, Vec2, Vec3, Vec4};
+use tyndall_scene::surface::{Bsdf, Map, Surface, Texcoords};
 
 use crate::{Gpu, RenderError};
 use maps::Maps;
+pub use maps::Placed;
 
 /// A vertex as shaders see it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, encase::ShaderType)]
@@ -26,10 +27,18 @@ pub struct Vertex {
     pub tangent: Vec4,
     /// Linear red, green, blue and alpha, which multiply the material's.
     pub color: Vec4,
+    /// The second set of texture coordinates.
+    pub second: Vec2,
 }
 
-/// What a surface does to light as shaders see it. A map is its first texel, and its width and height, 16 bits each; 0, 0 where
-/// there is none.
+impl Vertex {
+    /// Both sets of texture coordinates.
+    pub fn texcoords(&self) -> Texcoords {
+        [Vec2::new(self.u, self.v), self.second]
+    }
+}
+
+/// What a surface does to light as shaders see it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, encase::ShaderType)]
 pub struct Material {
     /// The reflectance of a diffuse base or a mirror; of a metal at normal incidence.
@@ -49,15 +58,24 @@ pub struct Material {
     /// There is no surface where the alpha of `base_map` is less.
     pub cutoff: f32,
     /// Multiplies `base`.
-    pub base_map: UVec2,
+    pub base_map: Placed,
     /// Multiplies `emission`.
-    pub emission_map: UVec2,
+    pub emission_map: Placed,
     /// Its green multiplies `roughness`, its blue `metallic`.
-    pub metallic_roughness_map: UVec2,
+    pub metallic_roughness_map: Placed,
     /// Bends the normals.
-    pub normal_map: UVec2,
+    pub normal_map: Placed,
     /// How strongly.
     pub normal_scale: f32,
+}
+
+impl Material {
+    /// Whether any of its maps takes the second set of texture coordinates.
+    fn takes_second(&self) -> bool {
+        [self.base_map, self.emission_map, self.metallic_roughness_map, self.normal_map]
+            .iter()
+            .any(Placed::takes_second)
+    }
 }
 
 /// The surfaces of a world on the device. No buffer is empty: where there are no surfaces, each holds one entry of zeros.
@@ -77,6 +95,8 @@ pub struct Surfaces {
     pub bounds: Option<[Vec3; 2]>,
     /// Whether alpha cuts any of them.
     pub cutouts: bool,
+    /// Whether any map takes the second set of texture coordinates.
+    pub second: bool,
 }
 
 /// The buffer `vertices`.
@@ -111,7 +131,7 @@ impl Surfaces {
         let mut materials: Vec<_> = surfaces.iter().map(|surface| material(surface, &mut maps)).collect();
         let limits = gpu.device.limits();
         let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        let sizes = [("vertices", vertices.len(), 64), ("triangles", triangles.len(), 16)];
+        let sizes = [("vertices", vertices.len(), 80), ("triangles", triangles.len(), 16)];
         for (what, count, size) in sizes {
             if count as u64 * size > most {
                 return Err(RenderError::Limit {
@@ -125,6 +145,7 @@ impl Surfaces {
         let count = triangles.len() as u32;
         let bounds = vertices.iter().map(|v| [v.position; 2]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
         let cutouts = materials.iter().any(|material| material.cutoff > 0.0);
+        let second = materials.iter().any(Material::takes_second);
         let texels = maps.texture(gpu).await?;
         let (mut vertices, mut triangles) = (vertices, triangles);
         vertices.resize(vertices.len().max(1), Vertex::default());
@@ -138,6 +159,7 @@ impl Surfaces {
             count,
             bounds,
             cutouts,
+            second,
         })
     }
 }
@@ -169,10 +191,10 @@ pub(crate) fn triangles(surfaces: &[Surface]) -> (Vec<Vertex>, Vec<UVec4>) {
                 let turned = if mirrored { -tangent.w } else { tangent.w };
                 (linear * tangent.truncate() / scale).extend(turned)
             });
-            let uv = mesh.texcoords[i];
+            let [uv, second] = mesh.texcoords_of(i as u32);
             let position = surface.world_from_object.transform_point3(*position);
             let color = mesh.colors.get(i).copied().unwrap_or(Vec4::ONE);
-            vertices.push(Vertex { position, u: uv.x, normal, v: uv.y, tangent, color });
+            vertices.push(Vertex { position, u: uv.x, normal, v: uv.y, tangent, color, second });
         }
         triangles.extend(mesh.triangles.iter().map(|&[a, b, c]| {
             // What mirrors turns triangles over, but not what is front.
@@ -186,7 +208,7 @@ pub(crate) fn triangles(surfaces: &[Surface]) -> (Vec<Vertex>, Vec<UVec4>) {
 /// A surface's material, its maps among `maps`.
 fn material(surface: &Surface, maps: &mut Maps) -> Material {
     let material = &surface.material;
-    let mut place = |map: &Option<Map>| map.as_ref().map_or(UVec2::ZERO, |map| maps.place(map));
+    let mut place = |map: &Option<Map>| map.as_ref().map_or(Placed::default(), |map| maps.place(map));
     let mut encoded = Material {
         emission: material.emission,
         double_sided: u32::from(material.double_sided),

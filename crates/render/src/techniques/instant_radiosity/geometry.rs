@@ -1,8 +1,9 @@
 //! What particles meet: surfaces and their materials on the host.
 
-use glam::{DVec3, Vec2, Vec3, Vec4};
-use tyndall_scene::surface::{Bsdf, Map, Surface};
+use glam::{DVec3, Vec3, Vec4};
+use tyndall_scene::surface::{Bsdf, Map, Surface, Texcoords};
 
+use super::media::Media;
 use crate::math::brdf::Brdf;
 use crate::resident::bvh::{Bvh, Hit};
 use crate::resident::surfaces::{self, Vertex};
@@ -15,6 +16,8 @@ pub struct Geometry {
     vertices: Vec<Vertex>,
     triangles: Vec<glam::UVec4>,
     surfaces: Vec<Surface>,
+    /// What is between surfaces.
+    pub media: Media,
 }
 
 /// Layers of what alpha cuts away, one behind the other, at most: as many as `resident/solid.wesl` passes.
@@ -30,7 +33,7 @@ pub struct Point {
     /// The unit normal for shading, on the same side; without normal map.
     pub shading: DVec3,
     /// Texture coordinates.
-    pub uv: Vec2,
+    pub uv: Texcoords,
     /// Of the vertices: multiplies the material's colour and alpha.
     pub color: Vec4,
     /// The surface's number.
@@ -64,11 +67,11 @@ pub struct Emitter {
 }
 
 impl Geometry {
-    /// The geometry of surfaces.
+    /// The geometry of surfaces, with nothing between them.
     pub fn new(list: &[Surface]) -> Self {
         let (vertices, triangles) = surfaces::triangles(list);
         let bvh = Bvh::new(&crate::resident::bvh::triangles(list));
-        Self { bvh, vertices, triangles, surfaces: list.to_vec() }
+        Self { bvh, vertices, triangles, surfaces: list.to_vec(), media: Media::default() }
     }
 
     /// Takes surfaces whose transforms have changed: the hierarchy is fitted to them.
@@ -109,7 +112,7 @@ impl Geometry {
             Bsdf::MetallicRoughness { base_color_map, .. } => base_color_map,
             _ => &None,
         };
-        point.color.w * map.as_ref().map_or(1.0, |map| map.0.at(point.uv).w) < cutoff
+        point.color.w * map.as_ref().map_or(1.0, |map| map.at(point.uv).w) < cutoff
     }
 
     /// The point of a hit.
@@ -125,13 +128,14 @@ impl Geometry {
         let normal = (pb - pa).cross(pc - pa).try_normalize()?;
         let u = 1.0 - v - w;
         let mean = u * a.normal.as_dvec3() + v * b.normal.as_dvec3() + w * c.normal.as_dvec3();
-        let uv = |x: f32, y: f32, z: f32| (u * f64::from(x) + v * f64::from(y) + w * f64::from(z)) as f32;
+        let [ta, tb, tc] = [a, b, c].map(|vertex| vertex.texcoords());
+        let uv = |i: usize| (u * ta[i].as_dvec2() + v * tb[i].as_dvec2() + w * tc[i].as_dvec2()).as_vec2();
         Some(Point {
             position: u * pa + v * pb + w * pc,
             normal,
             shading: mean.try_normalize().unwrap_or(normal),
             color: u as f32 * a.color + v as f32 * b.color + w as f32 * c.color,
-            uv: Vec2::new(uv(a.u, b.u, c.u), uv(a.v, b.v, c.v)),
+            uv: [uv(0), uv(1)],
             surface: corners.w,
         })
     }
@@ -148,7 +152,7 @@ impl Geometry {
 
     /// How a point reflects; a mirror's reflectance is `base`.
     pub fn brdf(&self, point: &Point) -> Brdf {
-        let map = |map: &Option<Map>| map.as_ref().map_or(Vec4::ONE, |map| map.0.at(point.uv));
+        let map = |map: &Option<Map>| map.as_ref().map_or(Vec4::ONE, |map| map.at(point.uv));
         let color = point.color.truncate();
         match self.bsdf(point.surface) {
             Bsdf::Lambert { reflectance, map: of } => Brdf {
@@ -177,7 +181,7 @@ impl Geometry {
             return DVec3::ZERO;
         }
         let material = &self.surfaces[point.surface as usize].material;
-        let map = material.emission_map.as_ref().map_or(Vec3::ONE, |map| map.0.at(point.uv).truncate());
+        let map = material.emission_map.as_ref().map_or(Vec3::ONE, |map| map.at(point.uv).truncate());
         (material.emission * map).as_dvec3()
     }
 

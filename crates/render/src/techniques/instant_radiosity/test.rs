@@ -382,6 +382,18 @@ fn a_walkthrough_does_not_flicker() {
     assert!(walkthrough.set_transform("nothing", place).is_err());
 }
 
+/// Media take of virtual lights' light on its way: fog that fills the room, and a ball of smoke before the wall. Both absorb alone, as
+/// what media scatter onto surfaces is not in the model.
+#[test]
+fn media_dim_virtual_lights() {
+    let Some(gpu) = gpu() else { return };
+    let fog = "[media.m]\ndensity.homogeneous = { min = [0, 0, 0], max = [1, 1, 1] }\noptics.coefficients = { sigma_s = 0, sigma_a = [0.5, 0.8, 0.3] }";
+    let smoke = "[media.m]\ndensity.sphere = { center = [0.5, 0.7, 0.2], radius = 0.2, falloff = 0.1 }\noptics.coefficients = { sigma_s = 0, sigma_a = 8 }";
+    for (name, medium) in [("fog", fog), ("smoke", smoke)] {
+        assert_near(&gpu, name, &cornell(32, "paths = 256", medium), None, 4096, tolerance::RADIOSITY);
+    }
+}
+
 /// Smoke near a red wall turns red: media scatter the virtual lights, which surfaces hide from them.
 #[test]
 fn virtual_lights_light_media() {

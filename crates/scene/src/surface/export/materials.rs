@@ -3,10 +3,11 @@
 use std::io::Cursor;
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{Affine2, Vec2, Vec3};
 use image::{ImageFormat, RgbaImage};
 use serde_json::{Value, json};
 
+use super::super::gltf::place;
 use super::super::texture::{linear_from_srgb, srgb_from_linear};
 use super::super::{Bsdf, Map, Material, SurfaceError};
 use super::Writer;
@@ -84,9 +85,9 @@ impl Writer {
 
     /// A picture as PNG, in the coding that its use has in glTF.
     fn picture(&mut self, into: &mut Value, field: &str, map: Option<&Map>, srgb: bool) -> Result<(), SurfaceError> {
-        let Some(Map(texture)) = map else { return Ok(()) };
+        let Some(Map { texture, wrap, transform, second }) = map else { return Ok(()) };
         let key = (Arc::as_ptr(texture).addr(), srgb);
-        let index = match self.known_images.get(&key) {
+        let image = match self.known_images.get(&key) {
             Some(&known) => known,
             None => {
                 let recode = |byte: u8| match (texture.srgb, srgb) {
@@ -108,7 +109,32 @@ impl Writer {
                 self.images.len() - 1
             }
         };
+        let known = self.textures.iter().position(|known| *known == (image, *wrap));
+        let index = known.unwrap_or_else(|| {
+            self.textures.push((image, *wrap));
+            self.textures.len() - 1
+        });
         into[field] = json!({ "index": index });
+        if *second {
+            into[field]["texCoord"] = json!(1);
+        }
+        if *transform != Affine2::IDENTITY {
+            self.extensions.insert("KHR_texture_transform");
+            into[field]["extensions"] = json!({ "KHR_texture_transform": parts(transform)? });
+        }
         Ok(())
     }
+}
+
+/// The offset, rotation and scale of a picture's transform; glTF has no others.
+fn parts(transform: &Affine2) -> Result<Value, SurfaceError> {
+    let (along, offset) = (transform.matrix2.x_axis, transform.translation);
+    let rotation = (-along.y).atan2(along.x);
+    let scale = Vec2::new(along.length(), transform.matrix2.determinant() / along.length());
+    if !place(offset, rotation, scale)
+        .abs_diff_eq(*transform, 1e-5 * transform.matrix2.abs().to_cols_array().into_iter().fold(1.0, f32::max))
+    {
+        return Err(SurfaceError::corrupt("a picture is sheared, or has no size"));
+    }
+    Ok(json!({ "offset": offset.to_array(), "rotation": rotation, "scale": scale.to_array() }))
 }

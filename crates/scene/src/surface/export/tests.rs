@@ -1,9 +1,10 @@
-use glam::{Vec3, Vec4};
+use glam::{Vec2Swizzles, Vec3, Vec4};
 
 use super::*;
 use crate::description::{Edge, Shape};
+use crate::surface::gltf::place;
 use crate::surface::tests::{assert_valid, read, survive, warnings};
-use crate::surface::{Bsdf, Map, Material, NormalMap, Texture};
+use crate::surface::{Bsdf, Map, Material, NormalMap, Texture, Wrap};
 use crate::volume::tests::{apply, damage, damaged_cases};
 use proptest::prelude::*;
 
@@ -12,7 +13,7 @@ fn quad() -> TriangleMesh {
 }
 
 fn picture(texel: [u8; 4], srgb: bool) -> Map {
-    Map(Arc::new(Texture { width: 2, height: 1, texels: vec![texel, [1, 2, 3, 4]], srgb }))
+    Map::new(Texture { width: 2, height: 1, texels: vec![texel, [1, 2, 3, 4]], srgb })
 }
 
 fn surface(name: &str, mesh: TriangleMesh, material: Material) -> Surface {
@@ -29,7 +30,9 @@ pub(crate) fn everything() -> Export {
     let mut baked = quad();
     baked.colors = vec![Vec4::new(0.25, 0.5, 1.0, 1.0); 4];
     let mut tiles = quad();
-    crate::surface::tangents::add_tangents(&mut tiles);
+    let normals = Map { wrap: [Wrap::Repeat, Wrap::Mirror], ..picture([128, 128, 255, 255], false) };
+    crate::surface::tangents::add_tangents(&mut tiles, &normals);
+    tiles.second_texcoords = tiles.texcoords.iter().map(|uv| uv.yx() * 0.5).collect();
     let tile = Material {
         name: "tile".into(),
         bsdf: Bsdf::MetallicRoughness {
@@ -41,10 +44,15 @@ pub(crate) fn everything() -> Export {
         },
         emission: Vec3::new(20.0, 5.0, 0.0),
         emission_map: Some(picture([255, 255, 255, 255], true)),
-        normal_map: Some(NormalMap { map: picture([128, 128, 255, 255], false), scale: 0.5 }),
+        normal_map: Some(NormalMap { map: normals, scale: 0.5 }),
         double_sided: true,
         alpha_cutoff: Some(0.25),
-        occlusion_map: Some(picture([9, 9, 9, 255], false)),
+        occlusion_map: Some(Map {
+            wrap: [Wrap::Clamp; 2],
+            transform: place(Vec2::new(0.25, -1.0), 0.5, Vec2::new(2.0, -3.0)),
+            second: true,
+            ..picture([9, 9, 9, 255], false)
+        }),
         ..Material::default()
     };
     let wall = Material { bsdf: Bsdf::Lambert { reflectance: Vec3::splat(0.75), map: None }, ..Material::default() };
@@ -102,11 +110,17 @@ fn what_is_written_is_read_again() {
     }
     let [floor, wall, mirror, lit] = [0, 1, 2, 3].map(|i| &model.parts[i].material);
     let original = &export.surfaces[0].surface.material;
-    let same = |a: &Option<Map>, b: &Option<Map>| assert_eq!(a.as_ref().map(|m| &*m.0), b.as_ref().map(|m| &*m.0));
+    let same = |a: &Option<Map>, b: &Option<Map>| {
+        assert_eq!(a.is_some(), b.is_some());
+        let (Some(a), Some(b)) = (a, b) else { return };
+        assert_eq!((&*a.texture, a.wrap, a.second), (&*b.texture, b.wrap, b.second));
+        assert!(a.transform.abs_diff_eq(b.transform, 1e-6), "{:?}", a.transform);
+    };
     same(&floor.emission_map, &original.emission_map);
     same(&floor.occlusion_map, &original.occlusion_map);
     let (Some(normals), Some(expected)) = (&floor.normal_map, &original.normal_map) else { panic!() };
-    assert_eq!((&*normals.map.0, normals.scale), (&*expected.map.0, 0.5));
+    assert_eq!(normals.scale, 0.5);
+    same(&Some(normals.map.clone()), &Some(expected.map.clone()));
     assert!((floor.emission - original.emission).abs().max_element() < 1e-5, "{}", floor.emission);
     assert_eq!((floor.double_sided, floor.alpha_cutoff), (true, Some(0.25)));
     let Bsdf::MetallicRoughness { base_color, base_color_map, metallic, roughness, metallic_roughness_map } =
@@ -163,7 +177,7 @@ fn linear_pictures_are_encoded_where_gltf_wants_srgb() {
     let glb =
         Export { surfaces: vec![exported(surface("a", quad(), material))], ..Export::default() }.to_glb().unwrap();
     let model = read(&[("a.glb", &glb)], "a.glb").unwrap();
-    let texel = model.parts[0].material.emission_map.as_ref().unwrap().0.texels[0];
+    let texel = model.parts[0].material.emission_map.as_ref().unwrap().texture.texels[0];
     assert_eq!(texel, [188, 0, 255, 128]);
 }
 

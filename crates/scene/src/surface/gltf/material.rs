@@ -3,24 +3,12 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use gltf::image::Source as Place;
+use gltf::Material as Described;
 use gltf::material::AlphaMode;
-use gltf::{Material as Described, Texture as Named};
 
-use super::super::{Bsdf, Map, Material, NormalMap, SurfaceError, Texture, Transmission};
-use super::{Reader, container};
-
-/// The set of texture coordinates that a material's pictures use: that of the first of them.
-pub(super) fn texcoords(material: &Described) -> u32 {
-    let pbr = material.pbr_metallic_roughness();
-    let sets = [
-        pbr.base_color_texture().map(|texture| texture.tex_coord()),
-        pbr.metallic_roughness_texture().map(|texture| texture.tex_coord()),
-        material.normal_texture().map(|texture| texture.tex_coord()),
-        material.emissive_texture().map(|texture| texture.tex_coord()),
-    ];
-    sets.into_iter().flatten().next().unwrap_or(0)
-}
+use super::super::{Bsdf, Material, NormalMap, SurfaceError, Transmission};
+use super::Reader;
+use super::texture::{Use, described, sets};
 
 impl Reader<'_, '_> {
     /// A material, read once.
@@ -28,32 +16,28 @@ impl Reader<'_, '_> {
         if let Some(known) = self.materials.get(&described.index()) {
             return Ok(known.clone());
         }
-        let material = Arc::new(self.read_material(described));
+        let material = Arc::new(self.read_material(described)?);
         self.materials.insert(described.index(), material.clone());
         Ok(material)
     }
 
-    fn read_material(&mut self, described: &Described) -> Material {
+    fn read_material(&mut self, described: &Described) -> Result<Material, SurfaceError> {
         let name = match (described.name(), described.index()) {
             (Some(name), _) => name.to_owned(),
             (None, Some(index)) => format!("material {index}"),
             (None, None) => "default".into(),
         };
-        let set = texcoords(described);
+        let sets = sets(described)?;
         let pbr = described.pbr_metallic_roughness();
         let [r, g, b, alpha] = pbr.base_color_factor();
-        let base_color_map =
-            pbr.base_color_texture().and_then(|t| self.map(&t.texture(), t.tex_coord() == set, true, &name));
-        let metallic_roughness_map =
-            pbr.metallic_roughness_texture().and_then(|t| self.map(&t.texture(), t.tex_coord() == set, false, &name));
-        let normal_map = described.normal_texture().and_then(|t| {
-            let map = self.map(&t.texture(), t.tex_coord() == set, false, &name)?;
-            Some(NormalMap { map, scale: t.scale() })
-        });
-        let emission_map =
-            described.emissive_texture().and_then(|t| self.map(&t.texture(), t.tex_coord() == set, true, &name));
-        let occlusion_map =
-            described.occlusion_texture().and_then(|t| self.map(&t.texture(), t.tex_coord() == set, false, &name));
+        let mut map = |of: Option<Use>, srgb: bool| self.map(of, &sets, srgb, &name);
+        let base_color_map = map(described!(pbr.base_color_texture())?, true);
+        let metallic_roughness_map = map(described!(pbr.metallic_roughness_texture())?, false);
+        let normal_map = map(described!(described.normal_texture())?, false);
+        let scale = described.normal_texture().map_or(1.0, |texture| texture.scale());
+        let normal_map = normal_map.map(|map| NormalMap { map, scale });
+        let emission_map = map(described!(described.emissive_texture())?, true);
+        let occlusion_map = map(described!(described.occlusion_texture())?, false);
         let emission = Vec3::from(described.emissive_factor()) * described.emissive_strength().unwrap_or(1.0);
         let alpha_cutoff = match described.alpha_mode() {
             AlphaMode::Opaque => None,
@@ -65,7 +49,7 @@ impl Reader<'_, '_> {
                 None
             }
         };
-        let transmission = self.transmission(described, set, &name);
+        let transmission = self.transmission(described, &sets, &name)?;
         let sound = |x: f32, fallback: f32| if x.is_finite() { x.clamp(0.0, 1.0) } else { fallback };
         let (metallic, roughness) = (sound(pbr.metallic_factor(), 1.0), sound(pbr.roughness_factor(), 1.0));
         let base_color = self.color(&name, Vec3::new(r, g, b));
@@ -76,7 +60,7 @@ impl Reader<'_, '_> {
                 "has KHR_materials_specular, which is not rendered but where it says that there is no gloss",
             );
         }
-        Material {
+        Ok(Material {
             bsdf: if dull && metallic == 0.0 {
                 Bsdf::Lambert { reflectance: base_color, map: base_color_map }
             } else {
@@ -90,21 +74,26 @@ impl Reader<'_, '_> {
             occlusion_map,
             transmission,
             name,
-        }
+        })
     }
 
     /// What passes through a material, kept and warned about.
-    fn transmission(&mut self, described: &Described, set: u32, name: &str) -> Option<Transmission> {
+    fn transmission(
+        &mut self,
+        described: &Described,
+        sets: &[u32],
+        name: &str,
+    ) -> Result<Option<Transmission>, SurfaceError> {
         let (transmission, volume) = (described.transmission(), described.volume());
         if transmission.is_none() && volume.is_none() && described.ior().is_none_or(|ior| ior == 1.5) {
-            return None;
+            return Ok(None);
         }
         self.warn(name, "transmits light or has a refractive index, which is read and not rendered");
-        let map = transmission.as_ref().and_then(|t| t.transmission_texture());
-        let map = map.and_then(|t| self.map(&t.texture(), t.tex_coord() == set, false, name));
-        let thickness_map = volume.as_ref().and_then(|v| v.thickness_texture());
-        let thickness_map = thickness_map.and_then(|t| self.map(&t.texture(), t.tex_coord() == set, false, name));
-        Some(Transmission {
+        let map = described!(transmission.as_ref().and_then(|t| t.transmission_texture()))?;
+        let map = self.map(map, sets, false, name);
+        let thickness_map = described!(volume.as_ref().and_then(|v| v.thickness_texture()))?;
+        let thickness_map = self.map(thickness_map, sets, false, name);
+        Ok(Some(Transmission {
             factor: transmission.map_or(0.0, |t| t.transmission_factor()),
             map,
             ior: described.ior().unwrap_or(1.5),
@@ -112,7 +101,7 @@ impl Reader<'_, '_> {
             thickness_map,
             attenuation_distance: volume.as_ref().map_or(f32::INFINITY, |v| v.attenuation_distance()),
             attenuation_color: volume.as_ref().map_or(Vec3::ONE, |v| v.attenuation_color().into()),
-        })
+        }))
     }
 
     /// A colour that is one.
@@ -124,39 +113,7 @@ impl Reader<'_, '_> {
         Vec3::ZERO
     }
 
-    fn warn(&self, name: &str, what: &str) {
+    pub(super) fn warn(&self, name: &str, what: &str) {
         tracing::warn!("{}: the material {name:?} {what}", self.source.object);
-    }
-
-    /// A picture, or `None` and a warning where it cannot be had.
-    fn map(&mut self, texture: &Named, same_set: bool, srgb: bool, name: &str) -> Option<Map> {
-        if !same_set {
-            self.warn(
-                name,
-                "has pictures of several sets of texture coordinates; those of others than the first are left out",
-            );
-            return None;
-        }
-        let of = format!("the material {name:?}");
-        let (image, buffers) = (texture.source(), &self.buffers);
-        match image.source() {
-            Place::Uri { uri, .. } if !uri.starts_with("data:") => {
-                self.source.picture(&container::decoded(uri), srgb, &of)
-            }
-            place => {
-                let key = format!("{}#{}", self.source.file, image.index());
-                self.source.texture((key, srgb), &of, |source| {
-                    let decode =
-                        |bytes: &[u8]| Texture::decode(bytes, srgb, *source.left).map_err(|error| error.to_string());
-                    match place {
-                        Place::View { view, .. } => decode(buffers.view(&view).map_err(|error| error.to_string())?),
-                        Place::Uri { uri, .. } => {
-                            let bytes = container::bytes(source, uri, source.left.0);
-                            decode(&bytes.map_err(|error| error.to_string())?)
-                        }
-                    }
-                })
-            }
-        }
     }
 }

@@ -8,7 +8,7 @@ use super::super::error::check_budget;
 use super::super::mesh::{Missing, TRIANGLE_BYTES, Triangles};
 use super::super::{Material, SurfaceError, TriangleMesh};
 use super::accessor::{read, read_indices};
-use super::{Reader, material};
+use super::{Reader, texture};
 
 impl Reader<'_, '_> {
     /// Reads a primitive; one of points or lines has no triangles.
@@ -40,9 +40,16 @@ impl Reader<'_, '_> {
             triangles.tangents = read::<4>(&tangents, buffers, budget)?.into_iter().map(Vec4::from).collect();
             full(triangles.tangents.len(), "tangents")?;
         }
-        if let Some(texcoords) = primitive.get(&Semantic::TexCoords(material::texcoords(&primitive.material()))) {
-            triangles.texcoords = read::<2>(&texcoords, buffers, budget)?.into_iter().map(Vec2::from).collect();
-            full(triangles.texcoords.len(), "texture coordinates")?;
+        let texcoords = |set: u32| -> Result<Vec<Vec2>, SurfaceError> {
+            let Some(texcoords) = primitive.get(&Semantic::TexCoords(set)) else { return Ok(Vec::new()) };
+            let list: Vec<_> = read::<2>(&texcoords, buffers, budget)?.into_iter().map(Vec2::from).collect();
+            full(list.len(), "texture coordinates")?;
+            Ok(list)
+        };
+        let sets = texture::sets(&primitive.material())?;
+        triangles.texcoords = texcoords(sets.first().copied().unwrap_or(0))?;
+        if let Some(&second) = sets.get(1) {
+            triangles.second_texcoords = texcoords(second)?;
         }
         if let Some(colors) = primitive.get(&Semantic::Colors(0)) {
             triangles.colors = match colors.dimensions() {
@@ -74,6 +81,6 @@ impl Reader<'_, '_> {
                 return Ok(TriangleMesh::default());
             }
         };
-        Ok(triangles.finish(object, Missing::Flat, material.normal_map.is_some()))
+        Ok(triangles.finish(object, Missing::Flat, material.normal_map.as_ref().map(|normals| &normals.map)))
     }
 }

@@ -1,12 +1,12 @@
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use glam::Quat;
+use glam::{Quat, Vec2};
 use serde_json::{Value, json};
 
 use super::*;
 use crate::description::Light;
-use crate::surface::Bsdf;
 use crate::surface::tests::{area, assert_valid, fronts_face, read, read_within, survive, warnings};
+use crate::surface::{Bsdf, Wrap};
 
 /// A triangle strip of a unit square facing +z, its corners as bytes: positions, then indices 0 to 3.
 fn bytes() -> Vec<u8> {
@@ -256,6 +256,91 @@ fn claims() {
     assert_eq!(model(&document(json!(chain))).unwrap().parts.len(), 1);
     let deep = format!("{{\"asset\":{}1{}}}", "[".repeat(100_000), "]".repeat(100_000));
     assert!(read(&[("s.gltf", deep.as_bytes())], "s.gltf").is_err());
+}
+
+/// A material with a picture in each of three sets of texture coordinates, and how they lie.
+fn pictured() -> Value {
+    let mut document = document(json!([{ "mesh": 0 }]));
+    let png = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNkYPhfDwAChwGA60e6kgAAAABJRU5ErkJggg==";
+    document["images"] = json!([{ "uri": format!("data:image/png;base64,{png}") }]);
+    document["samplers"] = json!([{ "wrapS": 33071, "wrapT": 33648 }]);
+    document["textures"] = json!([{ "source": 0 }, { "source": 0, "sampler": 0 }]);
+    let turned = json!({ "offset": [0, 1], "rotation": 1.57079632679f64, "scale": [0.5, 0.5], "texCoord": 1 });
+    document["materials"][0] = json!({
+        "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } },
+        "emissiveTexture": { "index": 1, "extensions": { "KHR_texture_transform": turned } },
+        "occlusionTexture": { "index": 0, "texCoord": 2 },
+    });
+    document["meshes"][0]["primitives"][0]["attributes"] = json!({ "POSITION": 0, "TEXCOORD_0": 2, "TEXCOORD_1": 3 });
+    let (first, second) = ([[0.0f32, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]], [[0.0f32, 0.5]; 4]);
+    let mut data = bytes();
+    data.extend(first.iter().chain(&second).flatten().flat_map(|x| x.to_le_bytes()));
+    document["buffers"][0] = json!({ "byteLength": 120, "uri": format!("data:;base64,{}", STANDARD.encode(data)) });
+    for at in [56, 88] {
+        document["bufferViews"]
+            .as_array_mut()
+            .unwrap()
+            .push(json!({ "buffer": 0, "byteOffset": at, "byteLength": 32 }));
+    }
+    for view in [2, 3] {
+        let accessor = json!({ "bufferView": view, "componentType": 5126, "count": 4, "type": "VEC2" });
+        document["accessors"].as_array_mut().unwrap().push(accessor);
+    }
+    document
+}
+
+#[test]
+fn pictures_wrap_lie_and_take_a_second_set() {
+    let (model, warned) = warnings(|| model(&pictured()).unwrap());
+    let (material, mesh) = (&model.parts[0].material, &model.parts[0].mesh);
+    for (position, uv) in mesh.positions.iter().zip(&mesh.texcoords) {
+        assert_eq!(position.truncate(), *uv);
+    }
+    assert_eq!(mesh.second_texcoords, vec![Vec2::new(0.0, 0.5); mesh.positions.len()]);
+    let Bsdf::MetallicRoughness { base_color_map: Some(base), .. } = &material.bsdf else { panic!() };
+    assert_eq!((base.wrap, base.second), ([Wrap::Repeat; 2], false));
+    assert_eq!(base.place([Vec2::new(0.25, 0.75), Vec2::NAN]), Vec2::new(0.25, 0.75));
+    let glow = material.emission_map.as_ref().unwrap();
+    assert_eq!((glow.wrap, glow.second), ([Wrap::Clamp, Wrap::Mirror], true));
+    // The extension's own example: the picture's lower left quarter, turned clockwise.
+    for (uv, expected) in [([0.0, 0.0], [0.0, 1.0]), ([1.0, 0.0], [0.0, 0.5]), ([0.0, 1.0], [0.5, 1.0])] {
+        let found = glow.place([Vec2::NAN, Vec2::from(uv)]);
+        assert!(found.abs_diff_eq(Vec2::from(expected), 1e-6), "{uv:?}: {found}");
+    }
+    assert!(material.occlusion_map.is_none());
+    assert!(warned.contains("\"material 0\" has pictures of more than two sets of texture coordinates"), "{warned}");
+}
+
+#[test]
+fn transforms_of_pictures_that_are_none() {
+    for (value, expected) in [
+        (json!({ "offset": 1 }), "the KHR_texture_transform of the texture 1: invalid type"),
+        (json!({ "scale": [1, 2, 3] }), "the KHR_texture_transform of the texture 1: "),
+        (json!({ "rotation": "left" }), "the KHR_texture_transform of the texture 1: invalid type"),
+        (json!({ "texCoord": -1 }), "the KHR_texture_transform of the texture 1: invalid value"),
+        (json!({ "scale": [1e39, 1] }), "the KHR_texture_transform of the texture 1: "),
+        (json!({ "scale": [0, 0] }), ""),
+        (json!({ "offset": [1e38, 0], "scale": [3e38, 3e38] }), ""),
+    ] {
+        let pointer = "/materials/0/emissiveTexture/extensions/KHR_texture_transform";
+        match model(&with(pictured(), pointer, value.clone())) {
+            Ok(_) => assert_eq!(expected, "", "{value}"),
+            Err(error) => {
+                let found = error.to_string();
+                let found = found.trim_start_matches("the file is corrupt: ");
+                assert!(!expected.is_empty() && found.starts_with(expected), "{value}: {found}");
+            }
+        }
+    }
+    let short = with(pictured(), "/accessors/3/count", json!(3));
+    let found = model(&short).err().map(|error| error.to_string()).unwrap_or_default();
+    assert!(found.ends_with("3 texture coordinates for 4 positions"), "{found}");
+    assert!(model(&with(pictured(), "/samplers/0/wrapS", json!(1))).is_err());
+    assert!(model(&with(pictured(), "/textures/1/sampler", json!(7))).is_err());
+    let text = pictured().to_string();
+    for end in 0..text.len() {
+        survive(&[("s.gltf", &text.as_bytes()[..end])], "s.gltf");
+    }
 }
 
 #[test]

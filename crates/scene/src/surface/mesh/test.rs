@@ -1,6 +1,7 @@
 use glam::Quat;
 
 use super::*;
+use crate::surface::Texture;
 use crate::surface::tests::{area, assert_valid, fronts_face, warnings};
 
 /// A cube of side 2 about the origin, each corner once.
@@ -12,6 +13,10 @@ fn cube() -> Triangles {
         triangles: quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
         ..Triangles::default()
     }
+}
+
+fn normals() -> Map {
+    Map::new(Texture { width: 1, height: 1, texels: vec![[128, 128, 255, 255]], srgb: false })
 }
 
 fn quad() -> Triangles {
@@ -26,7 +31,7 @@ fn quad() -> Triangles {
 /// However its squares are cut, a cube's corners point along its diagonals.
 #[test]
 fn smooth_normals_are_weighted_by_angles() {
-    let mesh = cube().finish("cube", Missing::Smooth, false);
+    let mesh = cube().finish("cube", Missing::Smooth, None);
     assert_valid(&mesh);
     assert_eq!((mesh.positions.len(), area(&mesh)), (8, 24.0));
     fronts_face(&mesh, |center| center);
@@ -37,7 +42,7 @@ fn smooth_normals_are_weighted_by_angles() {
 
 #[test]
 fn flat_normals_are_those_of_triangles() {
-    let mesh = cube().finish("cube", Missing::Flat, false);
+    let mesh = cube().finish("cube", Missing::Flat, None);
     assert_valid(&mesh);
     assert_eq!(mesh.positions.len(), 36);
     for triangle in &mesh.triangles {
@@ -54,12 +59,12 @@ fn what_is_no_triangle_is_dropped_with_a_warning() {
     broken.triangles.extend([[0, 1, 8], [0, 9, 1], [2, 2, 3], [4, 4, 4]]);
     broken.positions.push(Vec3::new(0.0, -1.0, -1.0));
     broken.triangles.push([0, 11, 1]);
-    let (mesh, warned) = warnings(|| broken.finish("lamp/bulb", Missing::Smooth, false));
+    let (mesh, warned) = warnings(|| broken.finish("lamp/bulb", Missing::Smooth, None));
     assert_valid(&mesh);
     assert_eq!((mesh.positions.len(), mesh.triangles.len()), (8, 12));
     let expected = "lamp/bulb: 5 of 17 triangles have no area or no finite corners; they are dropped";
     assert!(warned.contains(expected), "{warned}");
-    let (_, warned) = warnings(|| cube().finish("cube", Missing::Smooth, false));
+    let (_, warned) = warnings(|| cube().finish("cube", Missing::Smooth, None));
     assert_eq!(warned, "");
 }
 
@@ -69,7 +74,7 @@ fn what_is_no_normal_is_computed_with_a_warning() {
     broken.normals = vec![Vec3::Z * 7.0, Vec3::splat(f32::NAN), Vec3::ZERO, Vec3::new(0.0, 1e-30, 0.0)];
     broken.texcoords[1] = Vec2::new(f32::NAN, 0.0);
     broken.colors = vec![Vec4::ONE, Vec4::splat(-1.0), Vec4::ONE, Vec4::splat(f32::NAN)];
-    let (mesh, warned) = warnings(|| broken.finish("quad", Missing::Flat, false));
+    let (mesh, warned) = warnings(|| broken.finish("quad", Missing::Flat, None));
     assert_valid(&mesh);
     assert_eq!(mesh.normals, [Vec3::Z, Vec3::Z, Vec3::Z, Vec3::Y]);
     assert_eq!((mesh.texcoords[1], mesh.colors), (Vec2::ZERO, vec![Vec4::ONE; 4]));
@@ -82,7 +87,7 @@ fn what_is_no_normal_is_computed_with_a_warning() {
 fn two_sides_of_a_sheet_have_some_normal() {
     let mut sheet = quad();
     sheet.triangles.extend([[0, 2, 1], [0, 3, 2]]);
-    assert_valid(&sheet.finish("sheet", Missing::Smooth, false));
+    assert_valid(&sheet.finish("sheet", Missing::Smooth, None));
 }
 
 /// The tangent is along the first texture coordinate, the bitangent w·(n × t) up in the picture, on both sides.
@@ -95,13 +100,29 @@ fn tangents_go_along_the_picture() {
             quad.texcoords.iter_mut().for_each(|uv| uv.x = 1.0 - uv.x);
         }
         quad.positions.iter_mut().for_each(|p| *p = turned * *p);
-        let mesh = quad.finish("quad", Missing::Smooth, true);
+        let mesh = quad.finish("quad", Missing::Smooth, Some(&normals()));
         assert_valid(&mesh);
         for (tangent, normal) in mesh.tangents.iter().zip(&mesh.normals) {
             let right = turned * if mirrored { Vec3::NEG_X } else { Vec3::X };
             assert!(tangent.truncate().abs_diff_eq(right, 1e-6), "{tangent}");
             assert!((tangent.w * normal.cross(tangent.truncate())).abs_diff_eq(Vec3::Y, 1e-6), "{tangent}");
         }
+    }
+}
+
+/// A map of normals that is turned by a quarter, in the second set: its tangents go along the picture there.
+#[test]
+fn tangents_go_along_the_picture_where_it_lies() {
+    let mut quad = quad();
+    quad.second_texcoords = std::mem::replace(&mut quad.texcoords, vec![Vec2::ZERO; 4]);
+    let transform = glam::Affine2::from_mat2(glam::Mat2::from_cols(Vec2::NEG_Y, Vec2::X));
+    let map = Map { second: true, transform, ..normals() };
+    let mesh = quad.finish("quad", Missing::Smooth, Some(&map));
+    assert_valid(&mesh);
+    for (tangent, normal) in mesh.tangents.iter().zip(&mesh.normals) {
+        // The picture's u is v, which goes down; its v is -u.
+        assert!(tangent.truncate().abs_diff_eq(Vec3::NEG_Y, 1e-6), "{tangent}");
+        assert!((tangent.w * normal.cross(tangent.truncate())).abs_diff_eq(Vec3::X, 1e-6), "{tangent}");
     }
 }
 
@@ -112,7 +133,7 @@ fn vertices_with_two_tangents_become_two() {
     pair.positions.extend([Vec3::new(2.0, 0.0, 0.0), Vec3::new(2.0, 1.0, 0.0)]);
     pair.texcoords.extend([[0.0, 1.0], [0.0, 0.0]].map(Vec2::from_array));
     pair.triangles.extend([[1, 4, 5], [1, 5, 2]]);
-    let mesh = pair.finish("pair", Missing::Smooth, true);
+    let mesh = pair.finish("pair", Missing::Smooth, Some(&normals()));
     assert_valid(&mesh);
     assert_eq!((mesh.positions.len(), mesh.triangles.len(), area(&mesh)), (8, 4, 2.0));
     for triangle in &mesh.triangles {
@@ -125,12 +146,12 @@ fn vertices_with_two_tangents_become_two() {
 fn tangents_without_texture_coordinates_are_any() {
     let mut bare = cube();
     bare.texcoords.clear();
-    let (mesh, warned) = warnings(|| bare.finish("cube", Missing::Flat, true));
+    let (mesh, warned) = warnings(|| bare.finish("cube", Missing::Flat, Some(&normals())));
     assert_valid(&mesh);
     assert!(!mesh.tangents.is_empty() && warned.contains("no texture coordinates"), "{warned}");
     // Coordinates too large for the algorithm's numbers.
     let mut huge = quad();
     huge.texcoords.iter_mut().for_each(|uv| *uv *= 1e38);
     huge.positions.iter_mut().for_each(|p| *p *= 1e9);
-    assert_valid(&huge.finish("huge", Missing::Smooth, true));
+    assert_valid(&huge.finish("huge", Missing::Smooth, Some(&normals())));
 }

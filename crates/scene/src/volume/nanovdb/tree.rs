@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::values::Layout;
 use crate::volume::VolumeError;
 
 /// Bytes a grid's own data takes; the tree follows.
@@ -50,23 +51,6 @@ impl<'a> Bytes<'a> {
     }
 }
 
-/// How leaves store values.
-#[derive(Clone, Copy)]
-enum Leaves {
-    Float,
-    /// 16 bits between a least value and, in steps of one quantum, the greatest.
-    Fp16,
-}
-
-impl Leaves {
-    fn size(self) -> usize {
-        match self {
-            Self::Float => 2144,
-            Self::Fp16 => 1120,
-        }
-    }
-}
-
 /// The layout of the nodes of one level.
 struct Level {
     /// Entries along an edge.
@@ -87,7 +71,7 @@ const MASKS: usize = 32;
 /// The tree of a grid.
 pub struct Tree<'a> {
     memory: Bytes<'a>,
-    leaves: Leaves,
+    layout: Layout,
     root: usize,
 }
 
@@ -106,41 +90,32 @@ pub struct Cell<'a> {
 #[derive(Clone, Copy)]
 enum Values<'a> {
     /// One value for all, and whether it is active.
-    Tile(f32, bool),
+    Tile(f64, bool),
     /// A leaf's own.
-    Leaf(Bytes<'a>, Leaves),
+    Leaf(Bytes<'a>, Layout),
 }
 
 impl<'a> Tree<'a> {
-    pub fn new(memory: Bytes<'a>) -> Result<Self, VolumeError> {
-        let leaves = match memory.u32(GRID_TYPE)? {
-            1 => Leaves::Float,
-            15 => Leaves::Fp16,
-            other => {
-                return Err(VolumeError::Unsupported {
-                    found: format!("a NanoVDB grid of type {other}"),
-                    accepted: "1 (Float), 15 (Fp16)",
-                });
-            }
-        };
+    /// The tree of a grid; of vectors, that of their component.
+    pub fn new(memory: Bytes<'a>, component: Option<usize>) -> Result<Self, VolumeError> {
+        let layout = Layout::new(memory.u32(GRID_TYPE)?, component)?;
         let root = memory.offset(GRID, GRID + 24)?;
-        Ok(Self { memory, leaves, root })
+        Ok(Self { memory, layout, root })
     }
 
-    pub fn background(&self) -> Result<f32, VolumeError> {
-        self.memory.f32(self.root + 28)
+    pub fn background(&self) -> Result<f64, VolumeError> {
+        self.layout.background(self.memory, self.root)
     }
 
     /// Shows every tile and leaf to `visit`; they are disjoint.
     ///
     /// Errors: those of `visit`, and [`VolumeError`]s of a malformed tree.
     pub fn walk(&self, visit: &mut dyn FnMut(&Cell) -> Result<(), VolumeError>) -> Result<(), VolumeError> {
-        const ENTRIES: usize = 64;
         const ENTRY: usize = 32;
-        let mut walk = Walk { memory: self.memory, leaves: self.leaves, seen: BTreeSet::new(), visit };
+        let mut walk = Walk { memory: self.memory, layout: self.layout, seen: BTreeSet::new(), visit };
         let mut origins = BTreeSet::new();
         for i in 0..self.memory.u32(self.root + 24)? as usize {
-            let at = self.root + ENTRIES + ENTRY * i;
+            let at = self.root + self.layout.root + ENTRY * i;
             let key = u64::from_le_bytes(self.memory.array(at)?);
             // 21 bits a coordinate; the highest becomes its sign.
             let origin = [42, 21, 0].map(|shift| i64::from(((key >> shift) << 12) as u32 as i32));
@@ -150,7 +125,8 @@ impl<'a> Tree<'a> {
             if i64::from_le_bytes(self.memory.array(at + 8)?) != 0 {
                 walk.node(self.memory.offset(self.root, at + 8)?, origin, &UPPER_LEVEL)?;
             } else {
-                let values = Values::Tile(self.memory.f32(at + 20)?, self.memory.u32(at + 16)? != 0);
+                let value = self.layout.value(self.memory, at + self.layout.tile)?;
+                let values = Values::Tile(value, self.memory.u32(at + 16)? != 0);
                 (walk.visit)(&Cell { origin, edge: UPPER, values })?;
             }
         }
@@ -160,7 +136,7 @@ impl<'a> Tree<'a> {
 
 struct Walk<'a, 'v> {
     memory: Bytes<'a>,
-    leaves: Leaves,
+    layout: Layout,
     /// The nodes that were met: one that is met again could make a small file take long.
     seen: BTreeSet<usize>,
     visit: &'v mut dyn FnMut(&Cell) -> Result<(), VolumeError>,
@@ -174,9 +150,9 @@ impl Walk<'_, '_> {
         for entry in 0..edge * edge * edge {
             let place = [entry / (edge * edge), entry / edge % edge, entry % edge];
             let origin = [0, 1, 2].map(|axis| origin[axis] + place[axis] as i64 * level.voxels);
-            let at = node + level.table + 8 * entry;
+            let at = node + level.table + self.layout.entry * entry;
             if !self.memory.bit(node + MASKS + masks, entry)? {
-                let values = Values::Tile(self.memory.f32(at)?, self.memory.bit(node + MASKS, entry)?);
+                let values = Values::Tile(self.layout.value(self.memory, at)?, self.memory.bit(node + MASKS, entry)?);
                 (self.visit)(&Cell { origin, edge: level.voxels, values })?;
                 continue;
             }
@@ -185,8 +161,8 @@ impl Walk<'_, '_> {
                 Some(below) => self.node(child, origin, below)?,
                 None => {
                     self.enter(child)?;
-                    let leaf = Bytes(self.memory.slice(child, self.leaves.size())?);
-                    (self.visit)(&Cell { origin, edge: LEAF, values: Values::Leaf(leaf, self.leaves) })?;
+                    let leaf = self.layout.leaf(self.memory, child)?;
+                    (self.visit)(&Cell { origin, edge: LEAF, values: Values::Leaf(leaf, self.layout) })?;
                 }
             }
         }
@@ -203,7 +179,7 @@ impl Walk<'_, '_> {
 
 impl Cell<'_> {
     /// The value of all voxels, if they have one.
-    pub fn tile(&self) -> Option<f32> {
+    pub fn tile(&self) -> Option<f64> {
         match self.values {
             Values::Tile(value, _) => Some(value),
             Values::Leaf(..) => None,
@@ -211,15 +187,10 @@ impl Cell<'_> {
     }
 
     /// The value of a voxel within the cell.
-    pub fn value(&self, index: [i64; 3]) -> Result<f32, VolumeError> {
-        const VALUES: usize = 96;
+    pub fn value(&self, index: [i64; 3]) -> Result<f64, VolumeError> {
         match self.values {
             Values::Tile(value, _) => Ok(value),
-            Values::Leaf(leaf, Leaves::Float) => leaf.f32(VALUES + 4 * self.voxel(index)),
-            Values::Leaf(leaf, Leaves::Fp16) => {
-                let code = u16::from_le_bytes(leaf.array(VALUES + 2 * self.voxel(index))?);
-                Ok(f32::from(code) * leaf.f32(84)? + leaf.f32(80)?)
-            }
+            Values::Leaf(leaf, layout) => layout.voxel(leaf, self.voxel(index)),
         }
     }
 

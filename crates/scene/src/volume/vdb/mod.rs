@@ -1,4 +1,4 @@
-//! Reads one scalar grid of an OpenVDB file.
+//! Reads one grid of an OpenVDB file.
 //!
 //! Source of the format: OpenVDB, io/Archive.cc, io/GridDescriptor.cc, MetaMap.cc (file versions 220 to 225).
 
@@ -27,6 +27,7 @@ const VERSIONS: std::ops::RangeInclusive<u32> = 220..=225;
 const NODE_CODES: u32 = 222;
 const HALF_SUFFIX: &str = "_HalfFloat";
 const TREE: &str = "Tree_float_5_4_3";
+const VECTORS: &str = "Tree_vec3s_5_4_3";
 
 /// Reads the grid named `grid` of a VDB file.
 ///
@@ -34,9 +35,10 @@ const TREE: &str = "Tree_float_5_4_3";
 /// holds the background, so that interpolation falls off to it. Inactive voxels in the box have the value that the tree
 /// gives them. A grid without active voxels gives one voxel of background, at index (0, 0, 0). A world unit is taken as
 /// a metre; VDB files do not say. Where several grids have the name, the first is read; `name[1]` names the second.
+/// A grid of vectors is three, `.x`, `.y` and `.z` after its name: those of a grid `Cd` of colours are `Cd.x`, `Cd.y` and `Cd.z`.
 ///
-/// Errors: any [`VolumeError`] but [`VolumeError::NotNifti`]. Accepted are grids of 32-bit floats, also those stored
-/// with 16 bits, under an affine transform, uncompressed or by zip or Blosc (blosclz, lz4, zlib).
+/// Errors: any [`VolumeError`] but [`VolumeError::NotNifti`]. Accepted are grids of 32-bit floats and of vectors of three
+/// of them, also those stored with 16 bits, under an affine transform, uncompressed or by zip or Blosc (blosclz, lz4, zlib).
 pub fn read_vdb(bytes: &[u8], grid: &str, budget: Budget) -> Result<Grid, VolumeError> {
     let archive = Archive::read(bytes)?;
     let descriptor = archive.find(grid)?;
@@ -46,9 +48,11 @@ pub fn read_vdb(bytes: &[u8], grid: &str, budget: Budget) -> Result<Grid, Volume
             accepted: "a grid with a tree of its own",
         });
     }
-    let tree_type = descriptor.tree_type.strip_suffix(HALF_SUFFIX).unwrap_or(&descriptor.tree_type);
-    if tree_type != TREE {
-        return Err(VolumeError::Unsupported { found: format!("the grid type {tree_type}"), accepted: TREE });
+    if descriptor.component.is_none() && descriptor.tree_type != TREE {
+        return Err(VolumeError::Unsupported {
+            found: format!("the grid type {}", descriptor.tree_type),
+            accepted: "Tree_float_5_4_3, Tree_vec3s_5_4_3",
+        });
     }
 
     let mut cursor = Cursor::new(bytes);
@@ -59,7 +63,8 @@ pub fn read_vdb(bytes: &[u8], grid: &str, budget: Budget) -> Result<Grid, Volume
     };
     let half = read_metadata(&mut cursor)?;
     let world_from_file = transform::read(&mut cursor)?;
-    let tree = Tree::new(cursor, Encoding::new(compression, half, archive.version >= NODE_CODES)?)?;
+    let tree =
+        Tree::new(cursor, Encoding::new(compression, half, archive.version >= NODE_CODES, descriptor.component)?)?;
     let survey = fill::survey(&tree)?;
     let bricked = smallest(|| survey.fill(&tree, budget), || survey.fill(&tree, budget))?;
     let origin = DMat4::from_translation(DVec3::from_array(survey.origin().map(|n| n as f64)));
@@ -67,7 +72,7 @@ pub fn read_vdb(bytes: &[u8], grid: &str, budget: Budget) -> Result<Grid, Volume
     Ok(Grid::bricked(survey.dims().map(|n| n as u32), bricked, world_from_index))
 }
 
-/// Names of all grids of a VDB file, in its order, also of those that [`read_vdb`] does not accept; where several share
+/// Names of all grids of a VDB file, in its order, those of vectors by component, also of those that [`read_vdb`] does not accept; where several share
 /// one, `[0]`, `[1]`, ... follows it.
 ///
 /// Errors: [`VolumeError`]s of a malformed file; grids themselves are not looked at.
@@ -84,7 +89,10 @@ struct Archive {
 
 struct Descriptor {
     name: String,
+    /// Without what says that values are stored with 16 bits.
     tree_type: String,
+    /// Of vectors, the one that is meant.
+    component: Option<usize>,
     instance_of: String,
     /// Byte offset in the file.
     start: u64,
@@ -119,7 +127,7 @@ impl Archive {
         let count = cursor.u32("the number of grids")?;
         let mut grids = Vec::new();
         for _ in 0..count {
-            grids.push(Descriptor::read(&mut cursor)?);
+            grids.extend(Descriptor::read(&mut cursor)?);
         }
         Ok(Self { version, compression, grids })
     }
@@ -135,16 +143,17 @@ impl Archive {
 }
 
 impl Descriptor {
-    /// Reads a descriptor, and moves on to the next one.
-    fn read(cursor: &mut Cursor) -> Result<Self, VolumeError> {
+    /// Reads a descriptor, one for each component of vectors, and moves on to the next one.
+    fn read(cursor: &mut Cursor) -> Result<Vec<Self>, VolumeError> {
         const WHAT: &str = "a grid's descriptor";
         // A number follows a name that is not unique.
         let name = cursor.text(WHAT)?;
-        let name = match name.split_once('\x1e') {
-            Some((name, number)) => format!("{name}[{number}]"),
-            None => name,
+        let (name, number) = match name.split_once('\x1e') {
+            Some((name, number)) => (name, format!("[{number}]")),
+            None => (name.as_str(), String::new()),
         };
-        let tree_type = cursor.text(WHAT)?;
+        let mut tree_type = cursor.text(WHAT)?;
+        tree_type.truncate(tree_type.strip_suffix(HALF_SUFFIX).unwrap_or(&tree_type).len());
         let instance_of = cursor.text(WHAT)?;
         let start = cursor.u64(WHAT)?;
         cursor.u64(WHAT)?;
@@ -156,7 +165,12 @@ impl Descriptor {
             )));
         }
         cursor.seek(end, WHAT)?;
-        Ok(Self { name, tree_type, instance_of, start })
+        let one = |component: Option<usize>| {
+            let letter = component.map_or("", |component| [".x", ".y", ".z"][component]);
+            let name = format!("{name}{letter}{number}");
+            Self { name, tree_type: tree_type.clone(), component, instance_of: instance_of.clone(), start }
+        };
+        Ok(if tree_type == VECTORS { (0..3).map(|component| one(Some(component))).collect() } else { vec![one(None)] })
     }
 }
 

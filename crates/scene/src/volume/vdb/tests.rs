@@ -11,6 +11,7 @@ use crate::volume::tests::{BUDGET, apply, assert_valid, damage, damaged_cases, d
 
 const CODES: &[u8] = include_bytes!("../fixtures/codes.vdb");
 const TILES: &[u8] = include_bytes!("../fixtures/tiles.vdb");
+const VECTORS: &[u8] = include_bytes!("../fixtures/vectors.vdb");
 const PLAIN: &[u8] = include_bytes!("../fixtures/plain.vdb");
 const PLAIN_HALF: &[u8] = include_bytes!("../fixtures/plain_half.vdb");
 const ZIP: &[u8] = include_bytes!("../fixtures/zip.vdb");
@@ -83,6 +84,36 @@ fn tiles_and_two_root_children() {
 }
 
 #[test]
+fn vectors_by_component() {
+    let names = ["Cd.x", "Cd.y", "Cd.z", "v.x", "v.y", "v.z"];
+    assert_eq!(vdb_grid_names(VECTORS).unwrap(), names);
+    let inactive = [[2, 2], [-2, -2], [5, 5], [-2, 2], [5, 2], [5, 7]];
+    for (i, name) in names.into_iter().enumerate() {
+        let pick = |vector: [f32; 3]| vector[i % 3];
+        let grid = read_vdb(VECTORS, name, BUDGET).unwrap();
+        check(&grid, [0; 3], [55, 15, 7], pick([2.0, -2.0, 1.0]), |[x, y, z]| {
+            if y >= 8 {
+                return pick(if x < 8 { [3.0, 4.0, 5.0] } else { [2.0, -2.0, 1.0] });
+            }
+            if (x + y + z) % 3 == 0 {
+                return pick([field([x, y, z]), -field([y, z, x]), 2.0 * field([z, x, y])]);
+            }
+            let off = match inactive.get(x as usize / 8) {
+                Some(pair) => pair[(x + y) as usize % 2] as f32,
+                None if (x + y) % 2 == 0 => 5.0,
+                None => (x + y + z) as f32,
+            };
+            pick([off, -off, off / 2.0])
+        });
+    }
+    let error = read_vdb(VECTORS, "v", BUDGET).unwrap_err();
+    assert!(
+        error.to_string().ends_with("accepted: the grids \"Cd.x\", \"Cd.y\", \"Cd.z\", \"v.x\", \"v.y\", \"v.z\""),
+        "{error}"
+    );
+}
+
+#[test]
 fn compressions_versions_and_transforms() {
     let scale_translate = Vec3::new(1.5, 4.5, -197.0);
     for (bytes, background, at) in [
@@ -114,7 +145,10 @@ fn grids_by_name() {
     let error = read_vdb(CODES, "density", BUDGET).unwrap_err();
     assert!(error.to_string().ends_with("accepted: the grids \"codes[0]\", \"codes[1]\", \"mask\""), "{error}");
     let error = read_vdb(CODES, "mask", BUDGET).unwrap_err();
-    assert_eq!(error.to_string(), "unsupported: the grid type Tree_bool_5_4_3; accepted: Tree_float_5_4_3");
+    assert_eq!(
+        error.to_string(),
+        "unsupported: the grid type Tree_bool_5_4_3; accepted: Tree_float_5_4_3, Tree_vec3s_5_4_3"
+    );
 }
 
 #[test]
@@ -188,7 +222,7 @@ fn survive(bytes: &[u8]) {
     assert!(start.elapsed().as_secs_f32() < 1.0, "took {:?}", start.elapsed());
 }
 
-const FIXTURES: [&[u8]; 7] = [CODES, TILES, PLAIN, PLAIN_HALF, ZIP, ZIP_HALF, OLD];
+const FIXTURES: [&[u8]; 8] = [CODES, TILES, VECTORS, PLAIN, PLAIN_HALF, ZIP, ZIP_HALF, OLD];
 
 proptest! {
     #![proptest_config(damaged_cases())]
@@ -205,7 +239,7 @@ proptest! {
         let bytes = FIXTURES[file];
         let bytes = &bytes[..(cut * bytes.len() as f64) as usize];
         survive(bytes);
-        let grid = ["codes", "tiles", "hand"][file.min(2)];
+        let grid = ["codes", "tiles", "v.z", "hand"][file.min(3)];
         prop_assert!(read_vdb(bytes, grid, BUDGET).is_err());
     }
 

@@ -39,7 +39,7 @@ impl<'a> Tree<'a> {
                 accepted: "one buffer",
             });
         }
-        let background = cursor.f32("a tree's background")?;
+        let background = encoding.value(&mut cursor, "a tree's background")?;
         Ok(Self { start: cursor, encoding, background })
     }
 
@@ -66,7 +66,7 @@ impl<'a> Tree<'a> {
         let mut last = None;
         for _ in 0..tiles {
             let origin = walk.origin(&mut last)?;
-            let value = walk.cursor.f32("a tile of the root")?;
+            let value = self.encoding.value(&mut walk.cursor, "a tile of the root")?;
             let active = walk.cursor.u8("a tile of the root")? != 0;
             walk.visit.tile(origin, UPPER, value, active)?;
         }

@@ -38,18 +38,35 @@ pub(super) struct Encoding {
     pub half: bool,
     /// Whether each node says how its inactive values are stored (since file version 222).
     pub node_codes: bool,
+    /// Numbers of a value: one, or the three of a vector.
+    numbers: usize,
+    /// Which of them is read.
+    number: usize,
 }
 
 impl Encoding {
     /// Errors: [`VolumeError::Unsupported`] for flags of `compression` that are not known.
-    pub fn new(compression: u32, half: bool, node_codes: bool) -> Result<Self, VolumeError> {
+    pub fn new(compression: u32, half: bool, node_codes: bool, component: Option<usize>) -> Result<Self, VolumeError> {
         if compression & !(ZIP | ACTIVE_MASK | BLOSC) != 0 {
             return Err(VolumeError::Unsupported {
                 found: format!("compression flags {compression:#x}"),
                 accepted: "1 (zip), 2 (active values), 4 (Blosc) and their sums",
             });
         }
-        Ok(Self { compression, half, node_codes })
+        let numbers = if component.is_some() { 3 } else { 1 };
+        Ok(Self { compression, half, node_codes, numbers, number: component.unwrap_or(0) })
+    }
+
+    /// Reads a value that stands by itself.
+    pub fn value(&self, cursor: &mut Cursor, what: &'static str) -> Result<f32, VolumeError> {
+        let mut value = 0.0;
+        for number in 0..self.numbers {
+            let next = cursor.f32(what)?;
+            if number == self.number {
+                value = next;
+            }
+        }
+        Ok(value)
     }
 }
 
@@ -83,10 +100,10 @@ impl ValueReader {
         }
         let mut inactive = [if code == 0 { self.background } else { -self.background }, self.background];
         if matches!(code, 2 | 4 | 5) {
-            inactive[0] = cursor.f32("an inactive value")?;
+            inactive[0] = self.encoding.value(cursor, "an inactive value")?;
         }
         if code == 5 {
-            inactive[1] = cursor.f32("an inactive value")?;
+            inactive[1] = self.encoding.value(cursor, "an inactive value")?;
         }
         self.selection.clear();
         self.selection.resize(active.len(), 0);
@@ -97,12 +114,15 @@ impl ValueReader {
         let all = self.encoding.compression & ACTIVE_MASK == 0 || code == 6;
         let stored = if all { out.len() } else { count_on(active) };
         self.read_stored(cursor, stored)?;
-        let half = self.encoding.half;
-        let value = |i: usize| match half {
-            true => f16::from_le_bytes([self.bytes[2 * i], self.bytes[2 * i + 1]]).to_f32(),
-            false => {
-                let bytes = &self.bytes[4 * i..];
-                f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])
+        let Encoding { half, numbers, number, .. } = self.encoding;
+        let value = |i: usize| {
+            let i = i * numbers + number;
+            match half {
+                true => f16::from_le_bytes([self.bytes[2 * i], self.bytes[2 * i + 1]]).to_f32(),
+                false => {
+                    let bytes = &self.bytes[4 * i..];
+                    f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])
+                }
             }
         };
         let mut next = 0;
@@ -126,7 +146,7 @@ impl ValueReader {
         if self.encoding.half && count == 0 {
             return Ok(());
         }
-        let size = count * width;
+        let size = count * width * self.encoding.numbers;
         if self.encoding.compression & (ZIP | BLOSC) == 0 {
             self.bytes.extend_from_slice(cursor.take(size as u64, WHAT)?);
             return Ok(());
