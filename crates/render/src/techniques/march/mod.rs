@@ -14,6 +14,8 @@
 
 mod blue_noise;
 #[cfg(test)]
+mod lattice;
+#[cfg(test)]
 mod looks;
 #[cfg(test)]
 mod test;
