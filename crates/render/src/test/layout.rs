@@ -56,7 +56,7 @@ fn shared_structs_have_one_layout() {
     assert_eq!(rust_layout::<techniques::march::March, _>(), shader_layout(march, "March"));
     assert_eq!(rust_layout::<Stride, _>(), shader_layout(march, "Stride"));
     assert_eq!(rust_layout::<techniques::march::Scattering, _>(), shader_layout(march, "Scattering"));
-    assert_eq!(rust_layout::<techniques::march::Upsample, _>(), shader_layout("techniques/march/upsample", "Upsample"));
+    assert_eq!(rust_layout::<techniques::march::Refine, _>(), shader_layout("techniques/march/refine", "Refine"));
     assert_eq!(techniques::march::PATH_BYTES, shader_layout(march, "Path").1);
     assert_eq!(
         rust_layout::<techniques::slicing::Slicing, _>(),

@@ -222,3 +222,9 @@ pub const PLUME_INSIDE_COSINES: f64 = 0.03;
 /// worse: of 16384 particles, 160 pixels wide, 0.035 was found (docs/particles.md). Edges of the floor and of its shadow are
 /// sampled in the middle of pixels, the sky is 4 lights, and balls are four times as opaque.
 pub const DRAWN_SMOKE: f64 = 0.08;
+/// A march of every pixel by way of a lattice: the same operations, but that another pipeline may round them in another way.
+pub const SAME_RAYS: f32 = 1e-6;
+/// The share of pixels that interpolation, judged by second differences, leaves further off than its tolerance.
+pub const INTERPOLATED: f64 = 0.02;
+/// The light of things thinner than the lattice, in empty space, with every second pixel marched around them.
+pub const THIN: f64 = 0.05;
