@@ -275,12 +275,18 @@ impl Gpu {
 
     /// Makes a buffer of so many bytes that passes alone write and read.
     pub(crate) fn scratch(&self, label: &str, size: u64) -> wgpu::Buffer {
-        self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some(label),
-            size,
-            usage: wgpu::BufferUsages::STORAGE,
-            mapped_at_creation: false,
-        })
+        self.empty(label, size, wgpu::BufferUsages::STORAGE)
+    }
+
+    /// A buffer of how many workgroups a pass takes, along x, y and z; none at first.
+    pub(crate) fn workgroups(&self, label: &str) -> wgpu::Buffer {
+        use wgpu::BufferUsages as Usages;
+        self.empty(label, 12, Usages::STORAGE | Usages::INDIRECT | Usages::COPY_DST)
+    }
+
+    fn empty(&self, label: &str, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        let label = Some(label);
+        self.device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation: false })
     }
 }
 

@@ -5,15 +5,16 @@
 //! The names are checked against the shader's own reflection, so a pass that forgets, invents or confuses a binding is
 //! an error that names pass and binding. Recording makes pipelines and bind groups; executing allocates nothing.
 //!
-//! What a pass runs over is said last: `over_film`, an invocation a pixel; `dispatch`, so many workgroups, once a frame;
-//! `draw` and `draw_layers`, triangles into a target.
+//! What a pass runs over is said last: `over_film`, an invocation a pixel; `over_queue`, as many workgroups as an earlier pass has
+//! found; `dispatch`, so many workgroups, once a frame; `draw` and `draw_layers`, triangles into a target; `draw_in_turns`, some of them
+//! before each round of the pass that comes next.
 
 mod bindings;
 mod raster;
 mod shader;
 
 pub use bindings::{BindingError, Bindings, Resource};
-pub use raster::{Draw, Layers, Region, Target};
+pub use raster::{Draw, Layers, Region, Target, Turns};
 pub(crate) use shader::shader;
 pub use shader::{BindingKind, Reflected, Reflection, Shader};
 
@@ -72,6 +73,8 @@ struct Pass {
 enum Work {
     /// An invocation a square of so many pixels a side, in workgroups of this size.
     OverFilm(wgpu::ComputePipeline, [u32; 3], u32),
+    /// As many workgroups a tile as a buffer says.
+    Queued(wgpu::ComputePipeline, wgpu::Buffer),
     /// So many workgroups, once a frame.
     Dispatch(wgpu::ComputePipeline, [u32; 3]),
     /// Triangles, a batch of instances a round.
@@ -82,10 +85,15 @@ impl Work {
     /// Whether it runs once a frame, not once a tile.
     fn once(&self) -> bool {
         match self {
-            Work::OverFilm(..) => false,
+            Work::OverFilm(..) | Work::Queued(..) => false,
             Work::Dispatch(..) => true,
             Work::Draw(drawing) => drawing.once(),
         }
+    }
+
+    /// Whether its rounds and those of the next pass take turns.
+    fn in_turns(&self) -> bool {
+        matches!(self, Work::Draw(drawing) if drawing.in_turns())
     }
 }
 
@@ -131,39 +139,62 @@ impl<'a> Graph<'a> {
     /// frame does so with the first tile.
     pub fn submit(&self, tile: Tile, profiler: &mut wgpu_profiler::GpuProfiler) {
         let first = tile.origin == glam::UVec2::ZERO;
-        for pass in self.passes.iter().filter(|pass| first || !pass.work.once()) {
-            for round in 0..pass.rounds {
-                let mut bytes = encase::StorageBuffer::new([0u8; Tile::SHADER_SIZE.get() as usize]);
-                bytes.write(&Tile { round, ..tile }).expect("the array has the tile's size");
-                self.gpu.queue.write_buffer(&self.tile, 0, &bytes.into_inner());
-                let label = wgpu::CommandEncoderDescriptor { label: Some(pass.name) };
-                let mut encoder = self.gpu.device.create_command_encoder(&label);
-                let mut scope = profiler.scope("frame", &mut encoder);
-                pass.record(Tile { round, ..tile }, &mut scope);
-                drop(scope);
-                profiler.resolve_queries(&mut encoder);
-                self.gpu.queue.submit([encoder.finish()]);
+        for together in self.passes.chunk_by(|pass, _| pass.work.in_turns()) {
+            let rounds = together.iter().map(|pass| pass.rounds).max().unwrap_or(0);
+            for round in 0..rounds {
+                let wanted = |pass: &&Pass| round < pass.rounds && (first || !pass.work.once());
+                for pass in together.iter().filter(wanted) {
+                    self.submit_pass(pass, Tile { round, ..tile }, profiler);
+                }
             }
         }
+    }
+
+    fn submit_pass(&self, pass: &Pass, tile: Tile, profiler: &mut wgpu_profiler::GpuProfiler) {
+        let mut bytes = encase::StorageBuffer::new([0u8; Tile::SHADER_SIZE.get() as usize]);
+        bytes.write(&tile).expect("the array has the tile's size");
+        self.gpu.queue.write_buffer(&self.tile, 0, &bytes.into_inner());
+        let label = wgpu::CommandEncoderDescriptor { label: Some(pass.name) };
+        let mut encoder = self.gpu.device.create_command_encoder(&label);
+        let mut scope = profiler.scope("frame", &mut encoder);
+        pass.record(tile, &mut scope);
+        drop(scope);
+        profiler.resolve_queries(&mut encoder);
+        self.gpu.queue.submit([encoder.finish()]);
     }
 }
 
 impl Pass {
     fn record(&self, tile: Tile, scope: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>) {
-        let (pipeline, [x, y, z]) = match &self.work {
+        let (pipeline, workgroups) = match &self.work {
             Work::Draw(drawing) => return drawing.record(self.name, &self.bind_group, tile, scope),
             Work::Dispatch(pipeline, workgroups) => (pipeline, *workgroups),
+            Work::Queued(pipeline, _) => (pipeline, [0; 3]),
             Work::OverFilm(pipeline, [x, y, _], scale) => {
-                let border = if *scale > 1 { 2 } else { 0 };
-                let [width, height] = tile.size.to_array().map(|side| side.div_ceil(*scale) + border);
+                let [width, height] = tile.size.to_array().map(|side| squares(side, *scale));
                 (pipeline, [width.div_ceil(*x), height.div_ceil(*y), 1])
             }
         };
         let mut recorded = scope.scoped_compute_pass(self.name);
         recorded.set_pipeline(pipeline);
         recorded.set_bind_group(0, &self.bind_group, &[]);
-        recorded.dispatch_workgroups(x, y, z);
+        let Work::Queued(_, queued) = &self.work else {
+            let [x, y, z] = workgroups;
+            recorded.dispatch_workgroups(x, y, z);
+            return;
+        };
+        recorded.dispatch_workgroups_indirect(queued, 0);
+        drop(recorded);
+        if tile.round + 1 == self.rounds {
+            scope.clear_buffer(queued, 0, None);
+        }
     }
+}
+
+/// How many squares of `scale` pixels a side a pass runs over, along a side of a tile: where they are larger than a pixel, three
+/// beyond it, between whose corners a later pass interpolates.
+pub(crate) fn squares(side: u32, scale: u32) -> u32 {
+    side.div_ceil(scale) + if scale > 1 { 3 } else { 0 }
 }
 
 /// A pass that computes.
@@ -242,9 +273,8 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
                 self = self.constant(name, value);
             }
         }
-        let resources: [(_, Resource); 19] = [
+        let resources: [(_, Resource); 18] = [
             ("volumes", (&resident.volumes).into()),
-            ("extras", (&resident.extras).into()),
             ("bricks", (&resident.bricks).into()),
             ("atlas", (&resident.atlas).into()),
             ("gradients", (&resident.gradients).into()),
@@ -313,13 +343,22 @@ impl Declaration<'_, '_, Compute> {
         self.over_coarse_film(rounds, 1).await
     }
 
-    /// As [`over_film`](Self::over_film), an invocation a square of `scale` pixels a side, and, where that is more than a
-    /// pixel, one square more around each tile, between which a later pass interpolates.
+    /// As [`over_film`](Self::over_film), an invocation a square of `scale` pixels a side, of as many [`squares`] a side of the
+    /// tile.
     ///
     /// # Errors
     /// As [`over_film`](Self::over_film).
     pub async fn over_coarse_film(self, rounds: u32, scale: u32) -> Result<(), RenderError> {
         self.compute(rounds, |pipeline, workgroup| Work::OverFilm(pipeline, workgroup, scale)).await
+    }
+
+    /// Records the pass: for each tile as many workgroups along x, y, z as the first three numbers of a buffer say, in so many
+    /// rounds. An earlier pass over the tile adds to them; afterwards they are 0 again.
+    ///
+    /// # Errors
+    /// As [`over_film`](Self::over_film).
+    pub async fn over_queue(self, rounds: u32, workgroups: &wgpu::Buffer) -> Result<(), RenderError> {
+        self.compute(rounds, |pipeline, _| Work::Queued(pipeline, workgroups.clone())).await
     }
 
     /// Records the pass: so many workgroups along x, y, z, once a frame, in so many rounds, one after the other.

@@ -53,6 +53,20 @@ pub struct Layers<'t> {
     pub clear: bool,
 }
 
+/// What a raster pass draws into regions of a texture that are used again and again: its depths alone. It takes turns with the pass
+/// that is recorded next, a round each, tile by tile.
+#[derive(Clone, Copy, Debug)]
+pub struct Turns<'t> {
+    /// Vertices of an instance, three a triangle.
+    pub vertices: u32,
+    /// Depths, of which the greatest is kept; cleared to 0 before each turn that draws.
+    pub depth: &'t wgpu::Texture,
+    /// Instance i is drawn into region i.
+    pub regions: &'t [Region],
+    /// Which instances each round draws. Where there are none, what is there stays.
+    pub turns: &'t [Range<u32>],
+}
+
 /// A rectangle of a texture [texels].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Region {
@@ -98,11 +112,25 @@ impl Declaration<'_, '_, Raster> {
         self.record_drawing(drawn, [vertices, instances, batch]).await
     }
 
+    /// Records the pass, in turns with the one recorded next.
+    ///
+    /// # Errors
+    /// As [`draw`](Self::draw).
+    pub async fn draw_in_turns(self, draw: Turns<'_>) -> Result<(), RenderError> {
+        let Turns { vertices, depth, regions, turns } = draw;
+        let over = Over::Turns(regions.to_vec(), turns.to_vec());
+        let drawn = Drawn { attachments: Vec::new(), depth: Some(depth), regions: over, clear: true };
+        self.record_drawing(drawn, [vertices, regions.len() as u32, 1]).await
+    }
+
     async fn record_drawing(self, drawn: Drawn<'_>, counts: [u32; 3]) -> Result<(), RenderError> {
         let (name, shader) = (self.name, self.shader.clone());
         let reflection = shader.reflect()?;
         let [vertices, instances, batch] = counts;
-        let rounds = instances.div_ceil(batch).max(1);
+        let rounds = match &drawn.regions {
+            Over::Turns(_, turns) => turns.len() as u32,
+            _ => instances.div_ceil(batch).max(1),
+        };
         let make = |gpu: &Gpu, constants: &[_]| {
             let pipeline = pipeline(gpu, name, &shader, constants, &drawn);
             let layout = pipeline.get_bind_group_layout(0);
@@ -143,6 +171,8 @@ enum Over {
     Whole,
     /// Once a frame, an instance a region.
     Regions(Vec<Region>),
+    /// Each round its instances, into their regions; once a tile.
+    Turns(Vec<Region>, Vec<Range<u32>>),
 }
 
 /// A [`Draw`] with its pipeline.
@@ -162,7 +192,21 @@ pub(super) struct Drawing {
 impl Drawing {
     /// Whether it is drawn once a frame, not once a tile.
     pub(super) fn once(&self) -> bool {
-        !matches!(self.regions, Over::Film)
+        !matches!(self.regions, Over::Film | Over::Turns(..))
+    }
+
+    /// Whether its rounds and those of the next pass take turns.
+    pub(super) fn in_turns(&self) -> bool {
+        matches!(self.regions, Over::Turns(..))
+    }
+
+    /// The instances of a round.
+    fn instances_of(&self, round: u32) -> Range<u32> {
+        if let Over::Turns(_, turns) = &self.regions {
+            return turns[round as usize].clone();
+        }
+        let begin = round * self.batch;
+        begin..self.instances.min(begin.saturating_add(self.batch))
     }
 
     /// Appends the batch of the tile's round, cut to the tile or its regions.
@@ -173,7 +217,11 @@ impl Drawing {
         tile: Tile,
         scope: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>,
     ) {
-        let first = tile.round == 0 && self.clear;
+        let drawn = self.instances_of(tile.round);
+        if self.in_turns() && drawn.is_empty() {
+            return;
+        }
+        let first = self.clear && (tile.round == 0 || self.in_turns());
         let attachment = |view| {
             let load = if first { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load };
             let ops = wgpu::Operations { load, store: wgpu::StoreOp::Store };
@@ -193,16 +241,15 @@ impl Drawing {
         let mut recorded = scope.scoped_render_pass(name, descriptor);
         recorded.set_pipeline(&self.pipeline);
         recorded.set_bind_group(0, bind_group, &[]);
-        let begin = tile.round * self.batch;
-        let end = self.instances.min(begin.saturating_add(self.batch));
         match &self.regions {
             Over::Film => {
                 recorded.set_scissor_rect(tile.origin.x, tile.origin.y, tile.size.x, tile.size.y);
-                recorded.draw(0..self.vertices, begin..end);
+                recorded.draw(0..self.vertices, drawn);
             }
-            Over::Whole => recorded.draw(0..self.vertices, begin..end),
-            Over::Regions(regions) => {
-                for (i, region) in (begin..end).zip(&regions[begin as usize..]) {
+            Over::Whole => recorded.draw(0..self.vertices, drawn),
+            Over::Regions(regions) | Over::Turns(regions, _) => {
+                let first = drawn.start as usize;
+                for (i, region) in drawn.zip(&regions[first..]) {
                     let [x, y, width, height] = [region.origin.x, region.origin.y, region.size.x, region.size.y];
                     recorded.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
                     recorded.set_scissor_rect(x, y, width, height);

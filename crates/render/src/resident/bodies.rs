@@ -134,7 +134,7 @@ impl Bodies {
 }
 
 /// Whether a medium is made of particles or strands.
-pub(super) fn is_bodies(volume: &Volume) -> bool {
+pub(crate) fn is_bodies(volume: &Volume) -> bool {
     matches!(volume.field, Field::Particles(_) | Field::Strands(_))
 }
 

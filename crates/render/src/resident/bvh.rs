@@ -269,13 +269,13 @@ impl Corners {
 }
 
 /// Texels as a texture of rows of [`ROW`].
-async fn table(gpu: &Gpu, label: &str, mut texels: Vec<[u32; 4]>) -> Result<wgpu::Texture, RenderError> {
+pub(crate) async fn table(gpu: &Gpu, label: &str, mut texels: Vec<[u32; 4]>) -> Result<wgpu::Texture, RenderError> {
     let height = (texels.len() as u32).div_ceil(ROW).max(1);
     let limit = gpu.device.limits().max_texture_dimension_2d;
     if height > limit {
         return Err(RenderError::Limit {
-            what: "surfaces".into(),
-            found: format!("a hierarchy of {} texels", texels.len()),
+            what: label.into(),
+            found: format!("{} texels", texels.len()),
             limit: format!("{} texels", u64::from(ROW) * u64::from(limit)),
             advice: "Use simpler meshes.".into(),
         });
@@ -285,7 +285,7 @@ async fn table(gpu: &Gpu, label: &str, mut texels: Vec<[u32; 4]>) -> Result<wgpu
 }
 
 /// Overwrites a texture that [`table`] made.
-fn write(gpu: &Gpu, texture: &wgpu::Texture, mut texels: Vec<[u32; 4]>) {
+pub(crate) fn write(gpu: &Gpu, texture: &wgpu::Texture, mut texels: Vec<[u32; 4]>) {
     texels.resize((ROW * texture.height()) as usize, [0; 4]);
     let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(ROW * 16), rows_per_image: None };
     gpu.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(&texels), layout, texture.size());

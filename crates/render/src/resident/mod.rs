@@ -23,10 +23,12 @@ use tyndall_scene::description::Camera;
 use tyndall_scene::{EnvironmentMap, World};
 
 pub use bodies::Bodies;
+pub(crate) use bodies::is_bodies;
 pub use light::{Light, Lights};
 pub use surfaces::Surfaces;
 pub use transmittance::Transmittance;
 pub use view::View;
+pub(crate) use volume::voxel;
 pub use volume::{MAX_VOLUMES, Volume};
 pub(crate) use walk::Stride;
 
@@ -44,12 +46,11 @@ pub struct Resident {
     pub view: wgpu::Buffer,
     /// The camera of the frame before, as a buffer.
     pub previous: wgpu::Buffer,
-    /// [`MAX_VOLUMES`] of [`Volume`], as a buffer: fields, in the order of their names, then media that are made of bodies.
+    /// [`MAX_VOLUMES`] of [`Volume`], as a buffer: fields, in the order of their names, then media that are made of bodies; and, after them,
+    /// clip planes, isosurfaces, grids of temperature and colour, as vectors.
     pub volumes: wgpu::Buffer,
     /// The bricks of all volumes, as a texture of bits.
     pub bricks: wgpu::Texture,
-    /// Clip planes, isosurfaces, grids of temperature and colour, as a buffer of vectors.
-    pub extras: wgpu::Buffer,
     /// The voxels of all bricks, a 3D texture.
     pub atlas: wgpu::Texture,
     /// The gradients at them, where they are looked at and there is room; else of one texel.
@@ -126,7 +127,6 @@ impl Resident {
             volumes: media.volumes,
             flat: media.flat,
             bricks: media.bricks,
-            extras: media.extras,
             transfers: media.transfers,
             phases: media.phases,
             expressions: Expressions::new(&volumes),
@@ -165,7 +165,6 @@ impl Resident {
             volumes: media.volumes,
             flat: media.flat,
             bricks: media.bricks,
-            extras: media.extras,
             transfers: media.transfers,
             phases: media.phases,
             expressions: Expressions::new(&volumes),
@@ -232,7 +231,6 @@ struct Media {
     flat: bool,
     volumes: wgpu::Buffer,
     bricks: wgpu::Texture,
-    extras: wgpu::Buffer,
     transfers: wgpu::Texture,
     phases: wgpu::Texture,
 }
@@ -240,12 +238,11 @@ struct Media {
 impl Media {
     async fn new(gpu: &Gpu, atlas: &Atlas, media: &[tyndall_scene::Volume]) -> Result<Self, RenderError> {
         let mut bricks = Bricks::new(atlas);
-        let (volumes, extras) = volume::encode(media, &mut bricks);
+        let volumes = volume::encode(media, &mut bricks);
         Ok(Self {
             flat: bricks.flat(),
             volumes: gpu.buffer("volumes", &volumes),
             bricks: bricks.texture(gpu).await?,
-            extras: gpu.buffer("extras", &extras),
             transfers: tables::transfers(gpu, media).await?,
             phases: tables::phases(gpu, media).await?,
         })

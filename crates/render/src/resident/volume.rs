@@ -76,19 +76,22 @@ pub struct Volume {
 }
 
 /// The buffer `volumes`.
-#[derive(Clone, Copy, Debug, encase::ShaderType)]
-pub struct VolumeArray {
-    volumes: [Volume; MAX_VOLUMES],
+#[derive(Clone, Debug, encase::ShaderType)]
+pub struct Volumes {
+    list: [Volume; MAX_VOLUMES],
+    /// What only some volumes need.
+    #[shader(size(runtime))]
+    extras: Vec<Vec4>,
 }
 
 /// No such vectors among the extras.
 const NONE: u32 = u32::MAX;
 
-/// Encodes at most [`MAX_VOLUMES`] volumes, with their bricks, and the vectors that only some volumes need (`extras`).
-pub(super) fn encode(volumes: &[tyndall_scene::Volume], bricks: &mut Bricks) -> (VolumeArray, Vec<Vec4>) {
-    let mut array = [Volume::default(); MAX_VOLUMES];
+/// Encodes at most [`MAX_VOLUMES`] volumes, with their bricks.
+pub(super) fn encode(volumes: &[tyndall_scene::Volume], bricks: &mut Bricks) -> Volumes {
+    let mut list = [Volume::default(); MAX_VOLUMES];
     let mut extras = Vec::new();
-    for (slot, volume) in array.iter_mut().zip(volumes) {
+    for (slot, volume) in list.iter_mut().zip(volumes) {
         *slot = encode_volume(volume);
         if let Field::Grid(grid) = &volume.field {
             slot.first_brick = bricks.append(grid, tables::majorant(&volume.optics));
@@ -116,9 +119,9 @@ pub(super) fn encode(volumes: &[tyndall_scene::Volume], bricks: &mut Bricks) -> 
             }
         }
     }
-    // A buffer is never empty.
+    // An array is never empty.
     extras.push(Vec4::ZERO);
-    (VolumeArray { volumes: array }, extras)
+    Volumes { list, extras }
 }
 
 /// A grid beside a volume's own, for `placed_value`: the rows of the map from the world to bricks, the bricks and the first
@@ -206,7 +209,7 @@ fn encode_volume(volume: &tyndall_scene::Volume) -> Volume {
 }
 
 /// The shortest edge of a volume's voxels in the world [m], or of its 64th where it has none.
-pub(super) fn voxel(volume: &tyndall_scene::Volume) -> f32 {
+pub(crate) fn voxel(volume: &tyndall_scene::Volume) -> f32 {
     let m = volume.world_from_unit;
     let edges = Vec3::from([m.x_axis, m.y_axis, m.z_axis].map(|axis| axis.truncate().length()));
     let divisions = match &volume.field {

@@ -56,7 +56,7 @@ fn shared_structs_have_one_layout() {
     assert_eq!(rust_layout::<techniques::march::March, _>(), shader_layout(march, "March"));
     assert_eq!(rust_layout::<Stride, _>(), shader_layout(march, "Stride"));
     assert_eq!(rust_layout::<techniques::march::Scattering, _>(), shader_layout(march, "Scattering"));
-    assert_eq!(rust_layout::<techniques::march::Upsample, _>(), shader_layout("techniques/march/upsample", "Upsample"));
+    assert_eq!(rust_layout::<techniques::march::Refine, _>(), shader_layout("techniques/march/refine", "Refine"));
     assert_eq!(techniques::march::PATH_BYTES, shader_layout(march, "Path").1);
     assert_eq!(
         rust_layout::<techniques::slicing::Slicing, _>(),
@@ -89,7 +89,8 @@ fn shared_structs_have_one_layout() {
     assert_eq!(rust_layout::<techniques::instant_radiosity::vpl::Vpl, _>(), shader_layout(gather, "Vpl"));
     assert_eq!(techniques::instant_radiosity::VPL_BYTES, shader_layout(gather, "Vpl").1);
     assert_eq!(techniques::instant_radiosity::points::CELL_BYTES, shader_layout(gather, "Cell").1);
-    assert_eq!(rust_layout::<techniques::instant_radiosity::Batch, _>(), shader_layout(gather, "Batch"));
+    let casters = rust_layout::<techniques::instant_radiosity::visibility::Casters, _>();
+    assert_eq!(casters, shader_layout(gather, "Casters"));
     let ring = "techniques/instant_radiosity/ring";
     assert_eq!(rust_layout::<techniques::instant_radiosity::walkthrough::Ring, _>(), shader_layout(ring, "Ring"));
     let bodies = "test/probes/bodies";

@@ -135,9 +135,6 @@ pub(crate) fn load(scene: &Scene, assets: &dyn Assets, left: &mut Budget) -> Res
                 tracing::warn!("{object}: its transform overflows or has no inverse; it is left out");
                 continue;
             }
-            if !mesh.colors.is_empty() {
-                tracing::warn!("{object}: colours of vertices are read and not rendered");
-            }
             let mesh = match &material.normal_map {
                 Some(normals) if mesh.tangents.is_empty() => {
                     let mut mesh = (*mesh).clone();

@@ -2,7 +2,7 @@
 
 mod media;
 
-use crate::{BOX, CAMERA, check_refusals};
+use crate::{CAMERA, check_refusals};
 
 fn check(before: &str, cases: &[(&'static str, &'static str)]) {
     let cases: Vec<_> = cases.iter().map(|&(text, expected)| (text, format!("{before}{text}"), expected)).collect();

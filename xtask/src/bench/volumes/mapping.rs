@@ -10,14 +10,14 @@ use super::super::mitsuba::install;
 use super::super::table;
 use super::measure::read_exr;
 use super::scattering::floats;
-use super::{Bench, median};
+use super::{Bench, Frame, median};
 use crate::process;
 
 const VTK: &str = "vtk==9.7.2";
 const MAPPERS: [(&str, &str); 2] = [("fixed", "fixed-point"), ("opengl", "OpenGL")];
-/// Rays a pixel of a second render of ours: what it takes more is frames without what surrounds them.
-const MANY: u32 = 3;
-/// At which resolution ours is marched.
+/// Frames of ours that are measured.
+const FRAMES: u32 = 3;
+/// At which resolution ours is marched first.
 const RESOLUTIONS: [&str; 3] = ["full", "half", "quarter"];
 /// The most that pictures may differ, in the mean [1/255].
 const MOST: f64 = 2.0;
@@ -25,12 +25,6 @@ const MOST: f64 = 2.0;
 /// Values and opacities of phantom.py's colours that show the skull and hide what is behind it.
 const DENSE: [(u32, f64); 8] =
     [(0, 0.0), (20, 0.0), (45, 0.02), (66, 0.0), (95, 0.15), (135, 0.5), (170, 0.2), (255, 0.8)];
-
-/// What a frame takes [s].
-struct Frame {
-    wall: f64,
-    cpu: f64,
-}
 
 /// Measures.
 pub fn section(bench: &Bench) -> Result<String> {
@@ -65,8 +59,12 @@ pub fn section(bench: &Bench) -> Result<String> {
             for round in 0..bench.rounds {
                 println!("{name}, round {}", round + 1);
                 for (resolution, frames) in RESOLUTIONS.iter().zip(&mut ours) {
-                    let picture = bench.folder.join(format!("{name}-{resolution}.exr"));
-                    frames.push(frame(bench, &scene, resolution, &picture, &mut adapter)?);
+                    let settings = [format!("techniques.march.resolution={resolution}")];
+                    if round == 0 {
+                        let picture = bench.folder.join(format!("{name}-{resolution}.exr"));
+                        adapter = bench.tyndall.render(&scene, &settings, &picture)?.adapter;
+                    }
+                    frames.push(bench.frames(&scene, &settings, FRAMES)?);
                 }
                 for ((mapper, _), frames) in MAPPERS.iter().zip(&mut theirs) {
                     let report = vtk(&python, &case, &bench.folder.join(format!("{name}-{mapper}")), mapper)?;
@@ -91,7 +89,12 @@ pub fn section(bench: &Bench) -> Result<String> {
                     rows.push(vec![
                         if dense { "denser" } else { "translucent" }.into(),
                         shading.into(),
-                        format!("{resolution} resolution"),
+                        match *resolution {
+                            "full" => "every pixel",
+                            "half" => "one in 2 × 2, refined",
+                            _ => "one in 4 × 4, refined",
+                        }
+                        .into(),
                         (*title).into(),
                         format!("{difference:.2}/255"),
                         format!("{lit:.2}/255"),
@@ -111,27 +114,12 @@ pub fn section(bench: &Bench) -> Result<String> {
         "## Transfer functions against VTK\n\nA phantom of a head, 256³ bytes (`xtask/volumes/phantom.py`), 1280 × 720, steps of half a voxel, no tone \
          mapping, against VTK {version}: its fixed-point mapper,\nand its OpenGL mapper on {renderer}; ours on {adapter}. The light \
          is at the eye's side, parallel to the camera's axis, both sides\nof surfaces are lit. Ours ends rays at a transmittance of \
-         0.4 %, the fixed-point mapper at 0.8 %, the OpenGL mapper at 0.4 %. Times are of a frame after the first;\nof \
-         ours, what {MANY} rays a pixel take more than one, over {}, and the pass that interpolates. Both mappers of VTK's sample every \
-         pixel. Medians, of {} turns.\nWhat bounds the ratios: [march.md](march.md).\n\n{}",
-        MANY - 1,
+         0.4 %, the fixed-point mapper at 0.8 %, the OpenGL mapper at 0.4 %. Times are of a frame after the first,\nof \
+         ours the mean of {FRAMES}. Both mappers of VTK's sample every pixel. Medians, of {} turns.\nWhat bounds the ratios: \
+         [march.md](march.md).\n\n{}",
         bench.rounds,
         table(&rows)
     ))
-}
-
-/// Renders our picture, and measures a frame of it.
-fn frame(bench: &Bench, scene: &Path, resolution: &str, picture: &Path, adapter: &mut String) -> Result<Frame> {
-    let resolution = format!("techniques.march.resolution={resolution}");
-    let one = bench.tyndall.render(scene, std::slice::from_ref(&resolution), picture)?;
-    let many = [resolution, format!("techniques.march.samples={MANY}")];
-    let many = bench.tyndall.render(scene, &many, &bench.folder.join("many.exr"))?;
-    adapter.clone_from(&one.adapter);
-    // A driver on the CPU may say that a dispatch took no time, but not what a process took.
-    let upsampling = one.passes.get("upsample").copied().unwrap_or(0.0);
-    let cores = std::thread::available_parallelism().map_or(1.0, |cores| cores.get() as f64);
-    let more = |one: f64, many: f64| (many - one) / f64::from(MANY - 1);
-    Ok(Frame { wall: more(one.wall, many.wall) + upsampling, cpu: more(one.cpu, many.cpu) + cores * upsampling })
 }
 
 /// Writes a case for VTK, and our scene of it.

@@ -8,10 +8,12 @@ mod optimisations;
 mod scattering;
 mod tracing;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use anyhow::{Context, Result};
 use clap::ValueEnum;
+use serde_json::Value;
 
 use self::measure::{Run, Tyndall};
 use super::publish;
@@ -100,9 +102,31 @@ impl Part {
 /// What all parts need.
 struct Bench {
     tyndall: Tyndall,
+    /// The example `frames`, which says what frames take after the first.
+    frames: PathBuf,
     /// Keeps what is measured and rendered.
     folder: PathBuf,
     rounds: u32,
+}
+
+impl Bench {
+    /// What a frame of a scene takes after the first, the mean of so many; `settings` are `path=value`.
+    fn frames(&self, scene: &Path, settings: &[String], count: u32) -> Result<Frame> {
+        let mut command = Command::new(&self.frames);
+        process::quiet_driver(&mut command)?;
+        let report = process::output(command.arg(scene).arg(count.to_string()).args(settings))?;
+        let report: Value = serde_json::from_str(&report)?;
+        let number = |field: &str| report[field].as_f64().with_context(|| format!("no {field}"));
+        Ok(Frame { wall: number("wall")?, cpu: number("cpu")? })
+    }
+}
+
+/// What a frame takes [s]. Timestamps are not asked: those of a CPU driver leave out most of some passes.
+#[derive(Clone, Copy, Debug)]
+struct Frame {
+    wall: f64,
+    /// CPU time of the process, of all its threads.
+    cpu: f64,
 }
 
 impl Arguments {
@@ -111,7 +135,8 @@ impl Arguments {
         let tyndall = process::build_tyndall()?;
         driver::ensure(&tyndall, self.consent)?;
         let folder = process::scratch("volumes")?;
-        let bench = Bench { tyndall: Tyndall(tyndall), folder, rounds: self.rounds };
+        let frames = process::build(&["--example", "frames"], "examples/frames")?;
+        let bench = Bench { tyndall: Tyndall(tyndall), frames, folder, rounds: self.rounds };
         let page = std::fs::read_to_string(process::root().join("docs/volumes.md")).unwrap_or_default();
         let mut sections = Part::value_variants().iter().map(|part| part.standing(&page)).collect::<Vec<_>>();
         for (part, section) in Part::value_variants().iter().zip(&mut sections) {

@@ -18,7 +18,7 @@ struct Case {
 }
 
 /// What is measured beside the plain march.
-const SETTINGS: [&[&str]; 20] = [
+const SETTINGS: [&[&str]; 22] = [
     &["empty_space_skipping=on"],
     &["empty_space_skipping=on", "tolerance=0.02"],
     &["empty_space_skipping=on", "tolerance=0.05"],
@@ -27,6 +27,8 @@ const SETTINGS: [&[&str]; 20] = [
     &["termination=0.01"],
     &["resolution=half"],
     &["resolution=quarter"],
+    &["resolution=quarter", "resolution_tolerance=0.004"],
+    &["resolution=quarter", "resolution_tolerance=1"],
     &["jitter=blue_noise"],
     &["jitter=blue_noise", "samples=4"],
     &["jitter=blue_noise", "samples=16"],
@@ -40,6 +42,8 @@ const SETTINGS: [&[&str]; 20] = [
     &["empty_space_skipping=on", "termination=0.01", "tolerance=0.05", "resolution=half"],
     &["empty_space_skipping=on", "termination=0.01", "tolerance=0.05", "preintegration=on"],
 ];
+/// Frames that are measured.
+const FRAMES: u32 = 2;
 /// No optimisation.
 const PLAIN: [&str; 3] = ["empty_space_skipping=off", "termination=0", "step=1"];
 /// What settings may add to the error to be chosen.
@@ -94,9 +98,10 @@ pub fn section(bench: &Bench) -> Result<String> {
         rows.push(row);
     }
     Ok(format!(
-        "## What optimisations gain, and their error\n\nOn {adapter}. Time is that of the passes, relative to the plain march of the same turn (its first row, in \
+        "## What optimisations gain, and their error\n\nOn {adapter}. Time is that of a frame after the first{}, relative to the plain march of the same turn (its first row, in \
          seconds); medians of {} turns.\nWhat a row does not name is as in the plain march. The error is held against a fine march \
          ({}),\nof rows with several samples or jitter against one over the pixels ({}).\n\n{}\n{}\n",
+        if on_cpu(&adapter) { " in CPU seconds" } else { "" },
         bench.rounds,
         FINE[0].join(", "),
         FINE[1].join(", "),
@@ -116,6 +121,11 @@ struct Found {
 struct Column {
     plain: Found,
     settings: Vec<Found>,
+}
+
+/// Whether a device is a driver on the CPU: then a frame takes CPU time, which other load changes less.
+fn on_cpu(adapter: &str) -> bool {
+    adapter.contains("llvmpipe")
 }
 
 /// Whether other rays are taken than through the pixels' centres.
@@ -146,10 +156,15 @@ fn choice(columns: &[Column]) -> String {
 
 /// Measures a scene.
 fn measure(bench: &Bench, case: &Case, adapter: &mut String) -> Result<Column> {
-    let render = |settings: &[&str], name: &str| {
+    let all = |settings: &[&str]| -> Vec<_> {
         let march = settings.iter().map(|setting| format!("techniques.march.{setting}"));
-        let all: Vec<_> = case.settings.iter().cloned().chain(march).collect();
-        bench.tyndall.render(&case.scene, &all, &bench.folder.join(name))
+        case.settings.iter().cloned().chain(march).collect()
+    };
+    let render =
+        |settings: &[&str], name: &str| bench.tyndall.render(&case.scene, &all(settings), &bench.folder.join(name));
+    let time = |settings: &[&str], adapter: &str| -> Result<f64> {
+        let frame = bench.frames(&case.scene, &all(settings), FRAMES)?;
+        Ok(if on_cpu(adapter) { frame.cpu } else { frame.wall })
     };
     let mut fine = Vec::new();
     for settings in FINE {
@@ -167,14 +182,14 @@ fn measure(bench: &Bench, case: &Case, adapter: &mut String) -> Result<Column> {
             if i % 5 == 0 {
                 let plain = render(&PLAIN, "plain.exr")?;
                 plain_error = relative_rmse(&read_exr(&plain.picture)?, &fine[0]);
-                first.push(plain.pass);
                 adapter.clone_from(&plain.adapter);
+                first.push(time(&PLAIN, adapter)?);
             }
             let beside: Vec<_> = PLAIN.iter().copied().chain(settings.iter().copied()).collect();
             let run = render(&beside, "setting.exr")?;
             let other = over_pixels(settings);
             errors[i] = relative_rmse(&read_exr(&run.picture)?, &fine[usize::from(other)]);
-            ratios[i].push(run.pass / first.last().context("no plain march")?);
+            ratios[i].push(time(&beside, adapter)? / first.last().context("no plain march")?);
         }
     }
     let settings = ratios.into_iter().zip(errors).map(|(ratios, error)| Found { time: median(ratios), error });

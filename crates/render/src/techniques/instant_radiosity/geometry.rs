@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3, Vec4};
 use tyndall_scene::surface::{Bsdf, Map, Surface, Texcoords};
 
+use super::media::Media;
 use crate::math::brdf::Brdf;
 use crate::resident::bvh::{Bvh, Hit};
 use crate::resident::surfaces::{self, Vertex};
@@ -15,6 +16,8 @@ pub struct Geometry {
     vertices: Vec<Vertex>,
     triangles: Vec<glam::UVec4>,
     surfaces: Vec<Surface>,
+    /// What is between surfaces.
+    pub media: Media,
 }
 
 /// Layers of what alpha cuts away, one behind the other, at most: as many as `resident/solid.wesl` passes.
@@ -64,11 +67,11 @@ pub struct Emitter {
 }
 
 impl Geometry {
-    /// The geometry of surfaces.
+    /// The geometry of surfaces, with nothing between them.
     pub fn new(list: &[Surface]) -> Self {
         let (vertices, triangles) = surfaces::triangles(list);
         let bvh = Bvh::new(&crate::resident::bvh::triangles(list));
-        Self { bvh, vertices, triangles, surfaces: list.to_vec() }
+        Self { bvh, vertices, triangles, surfaces: list.to_vec(), media: Media::default() }
     }
 
     /// Takes surfaces whose transforms have changed: the hierarchy is fitted to them.

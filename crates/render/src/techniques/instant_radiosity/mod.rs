@@ -11,9 +11,10 @@
 //! More particles walk than there are virtual lights: these stand for what all leave (`representatives.rs`), by what it counts for the
 //! picture (`eye.rs`).
 //!
-//! Visibility is by rays through a hierarchy of boxes (`resident/bvh.wesl`), and so are mirrors and glass on the way from the
-//! eye. Planar mirrors also show the virtual lights: each has an image that shines through the mirror's outline. Each camera ray
-//! of a pixel gathers its own part of the paths, so anti-aliasing takes no more lights.
+//! Visibility is by shadow maps or rays (`visibility`); rays through a hierarchy of boxes (`resident/bvh.wesl`) also find mirrors and
+//! glass on the way from the eye. Media dim light on its way (`media.rs`, on the host), and scatter none onto surfaces. Planar mirrors
+//! also show the virtual lights: each has an image that shines through the mirror's outline. Each camera ray of a pixel gathers its own
+//! part of the paths, so anti-aliasing takes no more lights.
 //!
 //! Not in the model: what curved mirrors and glass throw onto other surfaces straight from a light or another surface
 //! (caustics), and light that meets two mirrors in a row on its way from a virtual light; both are where a particle was
@@ -22,6 +23,7 @@
 pub mod bake;
 mod eye;
 pub(crate) mod geometry;
+mod media;
 pub(crate) mod points;
 mod punctual;
 mod representatives;
@@ -29,6 +31,7 @@ pub mod sequence;
 pub(crate) mod sources;
 #[cfg(test)]
 pub(crate) mod test;
+pub(crate) mod visibility;
 pub(crate) mod vpl;
 pub mod walk;
 pub(crate) mod walkthrough;
@@ -43,13 +46,16 @@ use tyndall_scene::surface::Bsdf;
 
 use super::{Recording, Role, Technique};
 use crate::graph::{Compute, Declaration, Graph, Shader, shader};
-use crate::resident::{Light, Resident};
+use crate::resident::bvh::table;
+use crate::resident::{Light, Resident, Stride, is_bodies};
 use crate::{Gpu, RenderError};
 use geometry::{Geometry, Mirror};
+use media::Media;
 use representatives::{Likeness, representatives};
 use sequence::{Sequence, radical_inverse};
 use sources::Sources;
-use vpl::{Vpl, Vpls};
+use visibility::{Casters, Maps, Plan};
+use vpl::Vpl;
 
 /// Instant radiosity's declaration.
 pub const TECHNIQUE: Technique = Technique {
@@ -117,8 +123,19 @@ pub const TECHNIQUE: Technique = Technique {
             unit: "",
             kind: Kind::Choice(&["on", "off"]),
         },
+        visibility::VISIBILITY,
+        visibility::RESOLUTION,
+        LIGHT_STEP,
     ],
     record: |recording| Box::pin(record(recording)),
+};
+
+/// How finely media are looked at on light's way.
+const LIGHT_STEP: Parameter = Parameter {
+    name: "light_step",
+    help: "Longest step in media along rays from virtual lights to surfaces",
+    unit: "voxels",
+    kind: Kind::Number { min: 0.01, max: 64.0, default: 4.0 },
 };
 
 static GATHER: Shader = shader!("techniques/instant_radiosity/gather");
@@ -133,14 +150,27 @@ const APART: f32 = 2.0;
 /// Planes of a surface that is a mirror, at most; what has more is not flat.
 const MOST_PLANES: usize = 8;
 
-/// What a camera ray gathers in one round.
-#[derive(Clone, Copy, Debug, Default, PartialEq, encase::ShaderType)]
+/// What a camera ray gathers in one round: two texels of `batches`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Batch {
     offset: Vec2,
     begin: u32,
     end: u32,
     emission: f32,
     ray: u32,
+    first_map: u32,
+}
+
+impl Batch {
+    fn texels(&self) -> [[u32; 4]; 2] {
+        let Self { offset, begin, end, emission, ray, first_map } = *self;
+        [[offset.x.to_bits(), offset.y.to_bits(), begin, end], [emission.to_bits(), ray, first_map, 0]]
+    }
+}
+
+/// The texels of some batches.
+fn batch_texels(batches: &[Batch]) -> Vec<[u32; 4]> {
+    batches.iter().flat_map(Batch::texels).collect()
 }
 
 /// The buffer `gather`.
@@ -153,8 +183,56 @@ pub(crate) struct Gather {
     epsilon: f32,
     seed: u32,
     rounds: u32,
+    casters: Casters,
+    stride: Stride,
     #[shader(size(runtime))]
-    batches: Vec<Batch>,
+    vpls: Vec<Vpl>,
+}
+
+/// What passes that gather read.
+#[derive(Debug)]
+struct Gathering {
+    /// Of [`Gather`].
+    gather: wgpu::Buffer,
+    batches: wgpu::Texture,
+    rounds: u32,
+    hierarchy: [wgpu::Texture; 2],
+    maps: Maps,
+}
+
+impl Gathering {
+    /// By rays alone.
+    async fn by_rays(gpu: &Gpu, geometry: &Geometry, gather: &Gather, batches: &[Batch]) -> Result<Self, RenderError> {
+        Ok(Self {
+            gather: gpu.buffer("gather", gather),
+            batches: table(gpu, "batches", batch_texels(batches)).await?,
+            rounds: batches.len() as u32,
+            hierarchy: geometry.bvh.textures(gpu).await?,
+            maps: Maps::none(gpu).await?,
+        })
+    }
+
+    /// Binds it to a pass that gathers, which is specialised for the surfaces that there are.
+    fn read_by<'g, 'a>(
+        &self,
+        declaration: Declaration<'g, 'a, Compute>,
+        gpu: &Gpu,
+        geometry: &Geometry,
+    ) -> Declaration<'g, 'a, Compute> {
+        declaration
+            .constant("NODES", geometry.bvh.nodes())
+            .constant("VISITS", most_visits(gpu, geometry))
+            .constant("LOBES", geometry.any(|bsdf| matches!(bsdf, Bsdf::MetallicRoughness { .. })))
+            .constant("IMAGES", geometry.any(|bsdf| matches!(bsdf, Bsdf::Mirror { .. })))
+            .constant("MAPS", self.maps.side > 1)
+            .constant("MAP_SIDE", self.maps.side)
+            .constant("MAP_COLUMNS", self.maps.columns)
+            .read("gather", &self.gather)
+            .read("batches", &self.batches)
+            .read("nodes", &self.hierarchy[0])
+            .read("corners", &self.hierarchy[1])
+            .read("map_depths", &self.maps.atlas)
+    }
 }
 
 /// A walk by a technique's settings.
@@ -189,7 +267,8 @@ impl Walk {
             }
             .into());
         }
-        let geometry = Geometry::new(&world.surfaces);
+        let mut geometry = Geometry::new(&world.surfaces);
+        geometry.media = Media::new(world, settings.number(LIGHT_STEP.name));
         let sources = Sources::new(world, &geometry);
         if sources.dark() {
             tracing::warn!("lights: there are none, and no surface emits: the picture is black");
@@ -259,8 +338,8 @@ impl Walk {
         vpls.iter().filter(|vpl| !vpl.is_lamp()).map(|vpl| vpl.softened(1.0 / bound)).collect()
     }
 
-    /// What the shader is told: the batches are to be filled in.
-    fn gather(&self, settings: &Settings) -> Gather {
+    /// What the shader is told: rounds and lights are to be filled in.
+    fn gather(&self, resident: &Resident, settings: &Settings) -> Gather {
         let (radius, bounds) = (self.geometry.sphere().1 as f32, self.bounds(settings));
         let compensation = settings.choice("compensation") == "on" && settings.number("clamp") > 0.0;
         Gather {
@@ -271,7 +350,9 @@ impl Walk {
             epsilon: 2e-5 * radius,
             seed: settings.number("seed") as u32,
             rounds: 0,
-            batches: Vec::new(),
+            casters: Casters::of(&self.geometry),
+            stride: stride(resident, settings),
+            vpls: Vec::new(),
         }
     }
 }
@@ -295,61 +376,55 @@ async fn record(
     let groups = walk.groups(&lights, settings, settings.number("samples") as u32);
     let (vpls, ranges) = grouped(lights.clone(), &groups, &walk.mirrors);
     check_size(gpu, vpls.len())?;
-    let mut gather = walk.gather(settings);
-    gather.batches = batches(&ranges, per_round(gpu, &walk, &vpls, gather.compensation));
-    gather.rounds = gather.batches.len() as u32;
-    tracing::info!(vpls = vpls.len(), rounds = gather.rounds, "instant radiosity");
+    let mut gather = walk.gather(resident, settings);
+    let side = visibility::side(gpu, settings, resident, vpls.len())?;
+    let at_once = per_round(gpu, resident, &walk, &vpls, &gather)?;
+    let mut batches = batches(&ranges, side.map_or(at_once, |side| at_once.min(Plan::capacity(gpu, side))));
+    let plan = side.map_or(Plan::none(), |side| Plan::new(gpu, side, &vpls, &mut batches));
+    gather.rounds = batches.len() as u32;
+    tracing::info!(vpls = vpls.len(), rounds = gather.rounds, maps = side.is_some(), "instant radiosity");
+    if world.volumes.iter().any(is_bodies) {
+        tracing::warn!("media: particles and strands dim no virtual light on its way to surfaces");
+    }
     if settings.number("media_paths") > 0.0 && !world.volumes.is_empty() {
         resident.virtual_lights = Some(walk.for_media(settings, gather.bound));
+        // They take the place of the environment's directions, which may have maps.
+        resident.transmittance.mapped = resident.transmittance.mapped.min(resident.lights.len() as u32);
+        resident.transmittance.directions = 0;
     }
-    let textures = walk.geometry.bvh.textures(gpu).await?;
-    let list = if vpls.is_empty() { vec![Vpl::BLACK] } else { vpls };
-    let side = u64::from(gpu.tile_side());
-    let cells = gpu.scratch("cells", side * side * points::CELL_BYTES);
-    points::points_pass(graph, resident, &walk, settings, lights, &textures, &cells).await?;
-    let buffers = [gpu.buffer("gather", &gather), gpu.buffer("vpls", &Vpls { list }), cells];
-    let interleaving = settings.number("interleaving") as u32;
-    gather_pass(graph, resident, &walk.geometry, &textures, &buffers, [gather.rounds, interleaving], film).await
+    gather.vpls = if vpls.is_empty() { vec![Vpl::BLACK] } else { vpls };
+    let mut gathering = Gathering::by_rays(gpu, &walk.geometry, &gather, &batches).await?;
+    if side.is_some() {
+        gathering.maps = Maps::record(graph, resident, &gathering.gather, &plan).await?;
+    }
+    let (cells, interleaving) = (points::cells(gpu), settings.number("interleaving") as u32);
+    if interleaving > 1 {
+        points::points_pass(graph, resident, &walk, settings, lights, &cells).await?;
+    }
+    gather_pass(graph, resident, &walk.geometry, &gathering, &cells, interleaving, film).await
 }
 
-/// Records the pass that gathers, from the buffers `gather`, `vpls` and `cells`, in so many rounds; and in squares of so many pixels a
-/// side, which the cells have gathered (0: they have not).
+/// Records the pass that gathers: what squares of `interleaving` pixels a side have not shared out among their `cells`.
 async fn gather_pass(
     graph: &mut Graph<'_>,
     resident: &Resident,
     geometry: &Geometry,
-    [nodes, corners]: &[wgpu::Texture; 2],
-    [gather, vpls, cells]: &[wgpu::Buffer; 3],
-    [rounds, interleaving]: [u32; 2],
+    gathering: &Gathering,
+    cells: &wgpu::Buffer,
+    interleaving: u32,
     film: &wgpu::Texture,
 ) -> Result<(), RenderError> {
     let (gpu, tile) = (graph.gpu(), graph.tile());
-    specialised(graph.compute("gather", &GATHER), gpu, geometry)
+    gathering
+        .read_by(graph.compute("gather", &GATHER), gpu, geometry)
         .constant("INTERLEAVING", interleaving)
         .world(resident)
         .read("view", &resident.view)
         .read("tile", &tile)
-        .read("gather", gather)
-        .read("vpls", vpls)
-        .read("nodes", nodes)
-        .read("corners", corners)
         .write("cells", cells)
         .write("film", film)
-        .over_film(rounds)
+        .over_film(gathering.rounds)
         .await
-}
-
-/// Specialises a pass that gathers for the surfaces that there are.
-fn specialised<'g, 'a>(
-    declaration: Declaration<'g, 'a, Compute>,
-    gpu: &Gpu,
-    geometry: &Geometry,
-) -> Declaration<'g, 'a, Compute> {
-    declaration
-        .constant("NODES", geometry.bvh.nodes())
-        .constant("VISITS", most_visits(gpu, geometry))
-        .constant("LOBES", geometry.any(|bsdf| matches!(bsdf, Bsdf::MetallicRoughness { .. })))
-        .constant("IMAGES", geometry.any(|bsdf| matches!(bsdf, Bsdf::Mirror { .. })))
 }
 
 /// Virtual lights in the groups that camera rays gather, with their images in mirrors; and where each group begins and ends.
@@ -393,7 +468,7 @@ fn batches(groups: &[[u32; 2]], at_once: u32) -> Vec<Batch> {
         loop {
             let stop = end.min(next + at_once);
             let emission = if next == begin { 1.0 / count as f32 } else { 0.0 };
-            batches.push(Batch { offset, begin: next, end: stop, emission, ray: number });
+            batches.push(Batch { offset, begin: next, end: stop, emission, ray: number, first_map: 0 });
             next = stop;
             if next >= end {
                 break;
@@ -408,23 +483,46 @@ fn most_visits(gpu: &Gpu, geometry: &Geometry) -> u32 {
     geometry.bvh.nodes().min(gpu.iterations() / 4)
 }
 
-/// How many virtual lights an invocation gathers in a round, by the nodes and triangles that rays to them meet. A CPU driver's
-/// invocations go together: the loops of eight rays last as long as the longest.
-fn per_round(gpu: &Gpu, walk: &Walk, vpls: &[Vpl], compensation: u32) -> u32 {
+/// How light is marched through media.
+fn stride(resident: &Resident, settings: &Settings) -> Stride {
+    Stride {
+        step: settings.number(LIGHT_STEP.name),
+        least: Stride::least(&resident.traits),
+        offset: 0.5,
+        tolerance: 0.0,
+        skip: 1,
+        lit: 0,
+    }
+}
+
+/// How many virtual lights an invocation gathers in a round, by the nodes and triangles that rays to them meet, and the steps through
+/// media. A CPU driver's invocations go together: the loops of eight rays last as long as the longest.
+fn per_round(gpu: &Gpu, resident: &Resident, walk: &Walk, vpls: &[Vpl], gather: &Gather) -> Result<u32, RenderError> {
     const TRIES: usize = 512;
     let ray = |i: usize| {
         let [from, to] = [&vpls[(i * 7919) % vpls.len()], &vpls[(i * 104_729 + 1) % vpls.len()]];
         walk.geometry.bvh.effort(from.position, to.position - from.position, 1.0)
     };
     let most = if vpls.is_empty() { 1 } else { (0..TRIES).map(ray).max().unwrap_or(1).max(1) };
-    let rays = (1 + compensation) * if walk.mirrors.is_empty() { 1 } else { 2 };
-    (gpu.iterations() / 4 / (most * rays)).max(1)
+    let legs = if walk.mirrors.is_empty() { 1 } else { 2 };
+    let march = if resident.traits.count > 0 { resident.traits.iterations(gather.stride.step) } else { 0 };
+    let per_light = u64::from(legs * (1 + gather.compensation)) * march.saturating_add(4 * u64::from(most));
+    let limit = u64::from(gpu.iterations());
+    if march > 0 && per_light > limit {
+        return Err(RenderError::Limit {
+            what: "techniques.instant_radiosity.light_step".into(),
+            found: format!("{per_light} loop iterations towards a virtual light"),
+            limit: format!("{limit}"),
+            advice: "Use a longer light_step, or compensation = \"off\".".into(),
+        });
+    }
+    Ok((limit / per_light).max(1) as u32)
 }
 
 /// Refuses more virtual lights than a buffer holds.
 fn check_size(gpu: &Gpu, count: usize) -> Result<(), RenderError> {
     let limits = gpu.device.limits();
-    let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / VPL_BYTES;
+    let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / VPL_BYTES - 1;
     if count as u64 <= most {
         return Ok(());
     }

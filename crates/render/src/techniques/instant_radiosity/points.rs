@@ -4,16 +4,21 @@
 
 use tyndall_scene::parameter::Settings;
 
-use super::vpl::{Vpl, Vpls};
-use super::{Batch, Walk, batches, check_size, grouped, per_round, specialised};
-use crate::RenderError;
+use super::vpl::Vpl;
+use super::{Batch, Gathering, Walk, batches, check_size, grouped, per_round};
 use crate::graph::{Graph, Shader, shader};
 use crate::resident::Resident;
+use crate::{Gpu, RenderError};
 
 static POINTS: Shader = shader!("techniques/instant_radiosity/points");
 
 /// Bytes of a `Cell` in `reuse.wesl`.
 pub(crate) const CELL_BYTES: u64 = 80;
+
+/// The cells of a tile.
+pub(super) fn cells(gpu: &Gpu) -> wgpu::Buffer {
+    gpu.scratch("cells", u64::from(gpu.tile_side()).pow(2) * CELL_BYTES)
+}
 
 /// Records the pass in which the cells of a tile gather `lights`, in squares of `interleaving` pixels a side.
 pub(super) async fn points_pass(
@@ -22,7 +27,6 @@ pub(super) async fn points_pass(
     walk: &Walk,
     settings: &Settings,
     lights: Vec<Vpl>,
-    [nodes, corners]: &[wgpu::Texture; 2],
     cells: &wgpu::Buffer,
 ) -> Result<(), RenderError> {
     let (gpu, tile) = (graph.gpu(), graph.tile());
@@ -33,30 +37,29 @@ pub(super) async fn points_pass(
     let (vpls, mut ranges) = grouped(lights, &groups, &walk.mirrors);
     check_size(gpu, vpls.len())?;
     ranges.resize(parts * rays, [vpls.len() as u32; 2]);
-    let mut gather = walk.gather(settings);
-    let at_once = per_round(gpu, walk, &vpls, gather.compensation);
+    let mut gather = walk.gather(resident, settings);
+    let at_once = per_round(gpu, resident, walk, &vpls, &gather)?;
     // Neighbouring groups in one part are as different as all of them are.
     let parts: Vec<_> = ranges.chunks(rays).map(|ranges| batches(ranges, at_once)).collect();
     let rounds = parts.iter().map(Vec::len).max().unwrap_or(0);
     let share = 1.0 / parts.len() as f32;
+    let mut all = Vec::new();
     for round in 0..rounds {
         for (number, part) in (0..).zip(&parts) {
             let batch = part.get(round).copied().unwrap_or_default();
             let ray = number * rays as u32 + batch.ray;
-            gather.batches.push(Batch { emission: share * batch.emission, ray, ..batch });
+            all.push(Batch { emission: share * batch.emission, ray, ..batch });
         }
     }
     gather.rounds = rounds as u32;
-    let list = if vpls.is_empty() { vec![Vpl::BLACK] } else { vpls };
-    specialised(graph.compute("points", &POINTS), gpu, &walk.geometry)
+    gather.vpls = if vpls.is_empty() { vec![Vpl::BLACK] } else { vpls };
+    Gathering::by_rays(gpu, &walk.geometry, &gather, &all)
+        .await?
+        .read_by(graph.compute("points", &POINTS), gpu, &walk.geometry)
         .constant("INTERLEAVING", interleaving as u32)
         .world(resident)
         .read("view", &resident.view)
         .read("tile", &tile)
-        .read("gather", &gpu.buffer("gather", &gather))
-        .read("vpls", &gpu.buffer("vpls", &Vpls { list }))
-        .read("nodes", nodes)
-        .read("corners", corners)
         .write("cells", cells)
         .over_film(rounds as u32)
         .await

@@ -123,33 +123,34 @@ impl Sources {
         let place = [x, u[1]];
         let start = match &self.list[k] {
             Source::Triangle(emitter) => emitted(emitter, place, v, probability, geometry)?,
-            Source::Lamp(light) => self.shone(light, v, probability),
+            Source::Lamp(light) => self.shone(light, v, probability, geometry),
             Source::Constant(radiance) => {
                 let z = 1.0 - 2.0 * x;
                 let (sin, cos) = (TAU * u[1]).sin_cos();
                 let ring = (1.0 - z * z).max(0.0).sqrt();
                 let towards = DVec3::new(ring * cos, z, ring * sin);
-                self.parallel(towards, *radiance * (4.0 * PI / probability), v)
+                self.parallel(towards, *radiance * (4.0 * PI / probability), v, geometry)
             }
             Source::Sky(sky) => {
                 let (towards, irradiance) = sky.sample(place)?;
-                self.parallel(towards, irradiance / probability, v)
+                self.parallel(towards, irradiance / probability, v, geometry)
             }
         };
         Some(start)
     }
 
     /// Parallel light of an irradiance from a direction, through the disc across it around the scene.
-    fn parallel(&self, towards: DVec3, irradiance: DVec3, v: [f64; 2]) -> Start {
+    fn parallel(&self, towards: DVec3, irradiance: DVec3, v: [f64; 2], geometry: &Geometry) -> Start {
         let vpl = Vpl::directional(towards, irradiance);
         let (x, y) = towards.any_orthonormal_pair();
         let disc = disc(v) * self.radius;
         let origin = self.center + disc.x * x + disc.y * y + self.radius * towards;
-        let flux = irradiance * (PI * self.radius * self.radius);
+        let arrived = irradiance * geometry.media.transmittance(origin, towards, f64::INFINITY);
+        let flux = arrived * (PI * self.radius * self.radius);
         Start { vpl: Some(vpl), origin, direction: -towards, flux }
     }
 
-    fn shone(&self, light: &Light, v: [f64; 2], probability: f64) -> Start {
+    fn shone(&self, light: &Light, v: [f64; 2], probability: f64, geometry: &Geometry) -> Start {
         match *light {
             Light::Spot { position, direction, intensity, inner_angle, outer_angle } => {
                 let [inner, outer] = [inner_angle, outer_angle].map(|a| f64::from(a).to_radians().cos());
@@ -161,7 +162,7 @@ impl Sources {
             }
             Light::Directional { direction, irradiance } => {
                 let towards = -direction.as_dvec3().normalize();
-                Start { vpl: None, ..self.parallel(towards, irradiance.as_dvec3() / probability, v) }
+                Start { vpl: None, ..self.parallel(towards, irradiance.as_dvec3() / probability, v, geometry) }
             }
             Light::Point { position, intensity } => {
                 let direction = around(DVec3::Y, 1.0 - 2.0 * v[0], v[1]);

@@ -419,6 +419,18 @@ fn a_walkthrough_does_not_flicker() {
     assert!(walkthrough.set_transform("nothing", place).is_err());
 }
 
+/// Media take of virtual lights' light on its way: fog that fills the room, and a ball of smoke before the wall. Both absorb alone, as
+/// what media scatter onto surfaces is not in the model.
+#[test]
+fn media_dim_virtual_lights() {
+    let Some(gpu) = gpu() else { return };
+    let fog = "[media.m]\ndensity.homogeneous = { min = [0, 0, 0], max = [1, 1, 1] }\noptics.coefficients = { sigma_s = 0, sigma_a = [0.5, 0.8, 0.3] }";
+    let smoke = "[media.m]\ndensity.sphere = { center = [0.5, 0.7, 0.2], radius = 0.2, falloff = 0.1 }\noptics.coefficients = { sigma_s = 0, sigma_a = 8 }";
+    for (name, medium) in [("fog", fog), ("smoke", smoke)] {
+        assert_near(&gpu, name, &cornell(32, "paths = 256", medium), None, 4096, tolerance::RADIOSITY);
+    }
+}
+
 /// Smoke near a red wall turns red: media scatter the virtual lights, which surfaces hide from them.
 #[test]
 fn virtual_lights_light_media() {
@@ -442,4 +454,24 @@ fn virtual_lights_light_media() {
     let (found, expected) = (smoke(&lit), smoke(&truth));
     println!("smoke: {found} for {expected}");
     assert!((found / expected - 1.0).abs().max_element() < tolerance::LIT_SMOKE, "{found} for {expected}");
+}
+
+/// Virtual lights take the place of the sky's directions in a medium, and have none of the maps that those have: what they light is
+/// as it is without maps, in a sky which has some and in the dark.
+#[test]
+fn virtual_lights_have_no_maps() {
+    let Some(gpu) = gpu() else { return };
+    let smoke = |maps: &str| {
+        let mut world = world(&format!(
+            "camera = {{ position = [0.5, 0.5, 2.4], target = [0.5, 0.5, 0], fov = 24 }}\nfilm.size = [24, 24]\n\
+             [lights.sky.constant]\nradiance = 0.01\n[techniques.instant_radiosity]\npaths = 16\n\
+             [techniques.march]\nlight_step = 1\n{maps}\n{CORNELL}\n\
+             [media.smoke]\ndensity.homogeneous = {{ min = [0.02, 0.3, 0.3], max = [0.4, 0.7, 0.7] }}\noptics.coefficients.sigma_s = 9"
+        ));
+        world.surfaces.retain(|surface| !matches!(surface.name.as_str(), "tall" | "short"));
+        picture(&gpu, &world)
+    };
+    let [without, with] = ["", "[techniques.transmittance]\nresolution = 32"].map(smoke);
+    let error = metrics::linear::linear_errors(&with, &without).relative_rmse;
+    assert!(error < tolerance::UNMAPPED, "{error}");
 }

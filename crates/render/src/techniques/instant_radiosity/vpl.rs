@@ -53,14 +53,6 @@ pub struct Vpl {
     pub plane: Vec4,
 }
 
-/// The buffer `vpls`.
-#[derive(Debug, encase::ShaderType)]
-pub struct Vpls {
-    /// As many as there are.
-    #[shader(size(runtime))]
-    pub list: Vec<Vpl>,
-}
-
 impl Vpl {
     /// Light that leaves a point with the cosine.
     pub fn cosine(position: DVec3, normal: DVec3, intensity: DVec3) -> Self {
@@ -116,6 +108,11 @@ impl Vpl {
     /// Whether it is a light of the scene that has one place or direction.
     pub fn is_lamp(&self) -> bool {
         self.kind == LAMP || (self.kind == PARALLEL && self.path == LAMPS)
+    }
+
+    /// Whether it can have a shadow map: lamps and images in mirrors have none.
+    pub fn has_map(&self) -> bool {
+        !self.is_lamp() && self.mirror == NO_MIRROR
     }
 
     /// As a light of the scene, with 1/(r² + this square of a radius [m²]) in place of 1/r²; a lobe as if it were diffuse.

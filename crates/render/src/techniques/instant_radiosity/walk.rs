@@ -18,7 +18,7 @@
 //! particle goes on in a direction of density p(ω) with Φ·f(ω_i, ω)·|ω·n_g|·|ω_i·n_s|/|ω_i·n_g|/p(ω): Φ·ρ there. Nothing is
 //! absorbed by chance: with w = ρ̄ʲN after j reflections, N/⌊w⌋ makes up for the particles that ended, and 1/N for all that
 //! started. So the virtual lights of bounce j count 1/⌊ρ̄ʲN⌋ each. Light reflected so often that ⌊ρ̄ʲN⌋ = 0 is left out: less than
-//! 1/N of what is emitted times 1/(1 − ρ̄).
+//! 1/N of what is emitted times 1/(1 − ρ̄). Between surfaces a flux is multiplied by the transmittance of media on its way.
 
 use std::f64::consts::PI;
 
@@ -78,6 +78,7 @@ pub fn path(geometry: &Geometry, sources: &Sources, sequence: &Sequence, i: u32,
     let (mut origin, mut direction, mut flux) = (start.origin, start.direction, start.flux);
     for bounce in 1..counts.len() {
         let Some(point) = geometry.trace(origin, direction) else { break };
+        flux *= geometry.media.transmittance(origin, direction, (point.position - origin).length());
         let [normal, shading] = towards(&point, -direction);
         let brdf = geometry.brdf(&point);
         if brdf.kind < 2 && -direction.dot(shading) <= 0.0 {

@@ -4,13 +4,14 @@ use tyndall_scene::World;
 use tyndall_scene::description::Camera;
 use tyndall_scene::surface::Surface;
 
-use super::points::CELL_BYTES;
 use super::sources::Sources;
-use super::vpl::{Vpl, Vpls};
-use super::{Batch, Gather, TECHNIQUE, Walk, gather_pass, per_round, pixel_offset, walk};
+use super::vpl::Vpl;
+use super::{
+    Batch, Gather, Gathering, TECHNIQUE, Walk, batch_texels, gather_pass, per_round, pixel_offset, points, walk,
+};
 use crate::frame::film_texture;
 use crate::graph::{Graph, Shader, Tile, shader};
-use crate::resident::{Resident, View};
+use crate::resident::{Resident, View, bvh};
 use crate::techniques::chosen;
 use crate::{Gpu, RenderError};
 
@@ -32,9 +33,7 @@ pub struct Walkthrough<'a> {
     graph: Graph<'a>,
     profiler: wgpu_profiler::GpuProfiler,
     film: wgpu::Texture,
-    hierarchy: [wgpu::Texture; 2],
-    parameters: wgpu::Buffer,
-    vpls: wgpu::Buffer,
+    gathering: Gathering,
     scale: wgpu::Buffer,
     slot: wgpu::Buffer,
     /// An image a path, in half floats.
@@ -73,11 +72,11 @@ impl<'a> Walkthrough<'a> {
         };
         let resident = Resident::new(gpu, &world).await?;
         let walk = Walk::new(&world, &settings)?;
-        let mut gather = walk.gather(&settings);
+        let mut gather = walk.gather(&resident, &settings);
         let capacity = LONGEST * (1 + walk.mirrors.len());
-        let at_once = per_round(gpu, &walk, &walk.lights(), gather.compensation).min(capacity as u32);
+        let at_once = per_round(gpu, &resident, &walk, &walk.lights(), &gather)?.min(capacity as u32);
         gather.rounds = (capacity as u32).div_ceil(at_once);
-        gather.batches = vec![Batch::default(); gather.rounds as usize];
+        gather.vpls = vec![Vpl::BLACK; capacity];
         let [width, height] = resident.film.map(u64::from);
         let buffer = |label, size, more| {
             gpu.device.create_buffer(&wgpu::BufferDescriptor {
@@ -94,14 +93,11 @@ impl<'a> Walkthrough<'a> {
             [("slot", 8), ("sums", 16)].map(|(label, size)| buffer(label, size * width * height, storage));
         let (film, image) =
             (film_texture(gpu, resident.film, "film").await?, film_texture(gpu, resident.film, "image").await?);
-        let hierarchy = walk.geometry.bvh.textures(gpu).await?;
-        let parameters = gpu.buffer("gather", &gather);
-        let vpls = gpu.buffer("vpls", &Vpls { list: vec![Vpl::BLACK; capacity] });
+        let batches = vec![Batch::default(); gather.rounds as usize];
+        let gathering = Gathering::by_rays(gpu, &walk.geometry, &gather, &batches).await?;
         let scale = gpu.buffer("ring", &Ring { scale: 1.0 });
         let mut graph = Graph::new(gpu);
-        let cells = gpu.scratch("cells", u64::from(gpu.tile_side()).pow(2) * CELL_BYTES);
-        let buffers = [parameters.clone(), vpls.clone(), cells];
-        gather_pass(&mut graph, &resident, &walk.geometry, &hierarchy, &buffers, [gather.rounds, 0], &image).await?;
+        gather_pass(&mut graph, &resident, &walk.geometry, &gathering, &points::cells(gpu), 1, &image).await?;
         let tile = graph.tile();
         graph
             .compute("ring", &RING)
@@ -124,9 +120,7 @@ impl<'a> Walkthrough<'a> {
             graph,
             profiler,
             film,
-            hierarchy,
-            parameters,
-            vpls,
+            gathering,
             scale,
             slot,
             images,
@@ -177,7 +171,7 @@ impl<'a> Walkthrough<'a> {
         let surfaces: &[Surface] = &self.world.surfaces;
         self.walk.geometry.moved(surfaces);
         self.walk.sources = Sources::new(&self.world, &self.walk.geometry);
-        self.walk.geometry.bvh.update(gpu, &self.hierarchy);
+        self.walk.geometry.bvh.update(gpu, &self.gathering.hierarchy);
         self.resident.surfaces.moved(gpu, surfaces);
         let most = self.walk.mirrors.len();
         self.walk.mirrors = self.walk.geometry.mirrors(super::MOST_PLANES);
@@ -193,19 +187,16 @@ impl<'a> Walkthrough<'a> {
         let shown = list.len();
         self.frames += 1;
         let offset = pixel_offset(self.groups[path as usize], paths);
-        for (number, batch) in (0..).zip(&mut self.gather.batches) {
-            let [begin, end] = [number, number + 1].map(|n: u32| (n * self.at_once).min(shown as u32));
-            *batch = Batch {
-                offset,
-                begin,
-                end,
-                emission: if number == 0 { 1.0 / paths as f32 } else { 0.0 },
-                ray: self.groups[path as usize],
-            };
-        }
-        write(gpu, &self.parameters, &self.gather);
+        let batch = |number: u32| {
+            let [begin, end] = [number, number + 1].map(|n| (n * self.at_once).min(shown as u32));
+            let emission = if number == 0 { 1.0 / paths as f32 } else { 0.0 };
+            Batch { offset, begin, end, emission, ray: self.groups[path as usize], first_map: 0 }
+        };
+        let batches: Vec<_> = (0..self.gather.rounds).map(batch).collect();
+        bvh::write(gpu, &self.gathering.batches, batch_texels(&batches));
         if !list.is_empty() {
-            write(gpu, &self.vpls, &Vpls { list });
+            self.gather.vpls = list;
+            write(gpu, &self.gathering.gather, &self.gather);
         }
         let there = self.frames.min(u64::from(paths));
         write(gpu, &self.scale, &Ring { scale: paths as f32 / there as f32 });

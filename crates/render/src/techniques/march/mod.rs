@@ -14,6 +14,8 @@
 
 mod blue_noise;
 #[cfg(test)]
+mod lattice;
+#[cfg(test)]
 mod looks;
 #[cfg(test)]
 mod test;
@@ -27,7 +29,7 @@ use super::{
     AREA_POINTS, ENVIRONMENT_DIRECTIONS, MODEL, Recording, Role, SAMPLES, TERMINATION, Technique, without_bodies,
     without_meshes,
 };
-use crate::graph::{Shader, shader};
+use crate::graph::{Shader, shader, squares};
 use crate::resident::surfaces::emitters;
 use crate::resident::{Lights, Resident, Stride, environment};
 use crate::shadows::{self, Options, Shadows};
@@ -86,9 +88,15 @@ pub const TECHNIQUE: Technique = Technique {
         },
         Parameter {
             name: "resolution",
-            help: "March every pixel, or one in 2 x 2 or 4 x 4 and interpolate where rays meet the media equally far away",
+            help: "March every pixel, or one in 2 x 2 or 4 x 4 first, and those between where they cannot be interpolated",
             unit: "",
             kind: Kind::Choice(&["full", "half", "quarter"]),
+        },
+        Parameter {
+            name: "resolution_tolerance",
+            help: "Error of interpolated radiance, times the film's exposure, or opacity above which a pixel is marched",
+            unit: "W/sr/m^2",
+            kind: Kind::Number { min: 0.0, max: 1.0, default: 0.02 },
         },
         ENVIRONMENT_DIRECTIONS,
         AREA_POINTS,
@@ -122,7 +130,7 @@ pub const TECHNIQUE: Technique = Technique {
 };
 
 static MARCH: Shader = shader!("techniques/march/march");
-static UPSAMPLE: Shader = shader!("techniques/march/upsample");
+static REFINE: Shader = shader!("techniques/march/refine");
 
 /// How light is scattered (`scattering.wesl`).
 #[derive(Clone, Copy, Debug, encase::ShaderType)]
@@ -144,19 +152,24 @@ pub(crate) struct March {
     samples_per_round: u32,
     rays: u32,
     scale: u32,
+    lattice_reach: i32,
     reach: Vec2,
 }
 
-/// The buffer `upsample`.
+/// The buffer `refine`.
 #[derive(Clone, Copy, Debug, encase::ShaderType)]
-pub(crate) struct Upsample {
-    stride: Stride,
-    scale: u32,
+pub(crate) struct Refine {
+    reach: i32,
+    tolerance: f32,
     alike: f32,
 }
 
 /// Bytes of a `Path` in `march.wesl`.
-pub(crate) const PATH_BYTES: u64 = 32;
+pub(crate) const PATH_BYTES: u64 = 48;
+
+/// Pixels that a workgroup of `refine.wesl` queues at most, three a cell, and of how many workgroups' a row of the queue is.
+const QUEUED: u32 = 192;
+const QUEUE_ROW: u32 = 16;
 
 /// A reach beyond all media: FAR in math/ray.wesl.
 const BEYOND: Vec2 = Vec2::new(1e30, 0.0);
@@ -228,17 +241,26 @@ pub(crate) async fn record_up_to(
         .into());
     }
     let termination = settings.number("termination");
-    let march =
-        March { stride, scattering: scattered, termination, suns, rounds, samples_per_round, rays, scale, reach };
+    let march = March {
+        stride,
+        scattering: scattered,
+        termination,
+        suns,
+        rounds,
+        samples_per_round,
+        rays,
+        scale,
+        lattice_reach: beyond(scale as i32),
+        reach,
+    };
     let jitter = settings.choice("jitter") == "blue_noise";
-    // What a march at a lower resolution fills, and how far away its rays meet what is seen [m].
-    let low_size = if scale > 1 { resident.film.map(|side| side.div_ceil(scale)) } else { [1; 2] };
     let storage = wgpu::TextureUsages::STORAGE_BINDING;
-    let low = gpu.texture_2d("low film", low_size, wgpu::TextureFormat::Rgba32Float, storage).await?;
-    let distances = gpu.texture_2d("distances", low_size, wgpu::TextureFormat::R32Float, storage).await?;
-    let [width, height] = resident.film.map(|side| u64::from(side.div_ceil(scale)));
+    // How many invocations march what is queued at most.
+    let most = squares(gpu.tile_side(), 2).div_ceil(8).pow(2) * QUEUED;
+    let queue_size = if scale > 1 { [64 * QUEUE_ROW, most.div_ceil(64 * QUEUE_ROW)] } else { [1; 2] };
+    let queue = gpu.texture_2d("queue", queue_size, wgpu::TextureFormat::R32Uint, storage).await?;
+    let workgroups = gpu.workgroups("workgroups");
     let mean = jitter || rays > 1;
-    let side = u64::from(gpu.tile_side());
     let back_to_front = settings.choice("order") == "back_to_front";
     let preintegrated = settings.choice("preintegration") == "on";
     // As many as along.wesl has room for.
@@ -250,63 +272,89 @@ pub(crate) async fn record_up_to(
         && casts.is_empty();
     let plain =
         (!scattering || along) && !preintegrated && !back_to_front && stride.tolerance == 0.0 && reach == BEYOND;
-    let paths = gpu.scratch("paths", if rounds > 1 { (side + 2) * (side + 2) * PATH_BYTES } else { PATH_BYTES });
-    let sums = gpu.scratch("sums", if mean { width * height * 16 } else { 16 });
+    let [width, height] = resident.film.map(u64::from);
+    let slots = u64::from(if scale > 1 { most } else { gpu.tile_side().pow(2) });
+    let paths = gpu.scratch("paths", if rounds > 1 { slots * PATH_BYTES } else { PATH_BYTES });
+    let values = gpu.scratch("values", if mean || scale > 1 { width * height * 16 } else { 16 });
     let noise = blue_noise::texture(gpu, jitter).await?;
     let parameters = gpu.buffer("march", &march);
     let lights = gpu.buffer("lights", &Lights { lights });
     let shadows = Shadows::record(graph, resident, &resident.view, &lights, casts, &options).await?;
     let tile = graph.tile();
-    graph
-        .compute("march", &MARCH)
-        .constant("EMISSION", model != "absorption")
-        .constant("SCATTERING", scattering)
-        .constant("PREINTEGRATED", preintegrated)
-        .constant("BACK_TO_FRONT", back_to_front)
-        .constant("ONE_GRID", plain && traits.one_grid())
-        .constant("ALONG", along && plain && traits.one_grid())
-        .constant("SUNS", suns > 0)
-        .constant("MARCHED", marched)
-        .constant("LIGHTS", scattered.lights)
-        .constant("OCTAVES", scattered.octaves)
-        .constant("BUSY", marched || traits.shaded || traits.surfaces)
-        .constant("ROUNDS", rounds > 1)
-        .constant("MEAN", mean)
-        .constant("JITTER", jitter)
-        .constant("BEHIND", behind.is_some())
-        .constant("LOW", scale > 1)
-        .world(resident)
-        .shadows(&shadows)
-        .read("view", &resident.view)
-        .read("tile", &tile)
-        .read("march", &parameters)
-        .read("lights", &lights)
-        .read("blue_noise", &noise)
-        .read("behind", behind.unwrap_or(&noise))
-        .write("film", if scale > 1 { &low } else { film })
-        .write("distances", &distances)
-        .write("paths", &paths)
-        .write("sums", &sums)
-        .over_coarse_film(rounds * rays, scale)
-        .await?;
-    if scale == 1 {
-        return Ok(());
+    // A lattice, and then what is half-way between its pixels, until that is every pixel.
+    let apart = scale > 1 && traits.grey;
+    let exposure = world.scene.film.exposure.exp2();
+    let halved = std::iter::successors((scale > 1).then_some(scale), |&scale| (scale > 2).then_some(scale / 2));
+    for lattice in std::iter::once(None).chain(halved.map(Some)) {
+        if let Some(scale) = lattice {
+            let refine = Refine {
+                reach: beyond(scale as i32 / 2),
+                tolerance: settings.number("resolution_tolerance") / exposure,
+                alike: 8.0 * traits.voxel,
+            };
+            let refine = gpu.buffer("refine", &refine);
+            graph
+                .compute("refine", &REFINE)
+                .constant("BEHIND", behind.is_some())
+                .constant("SEPARATE", apart)
+                .constant("SCALE", scale)
+                .world(resident)
+                .read("behind", behind.unwrap_or(&noise))
+                .read("view", &resident.view)
+                .read("tile", &tile)
+                .read("refine", &refine)
+                .write("values", &values)
+                .write("queue", &queue)
+                .write("workgroups", &workgroups)
+                .write("film", film)
+                .over_coarse_film(1, scale)
+                .await?;
+        }
+        let pass = graph
+            .compute("march", &MARCH)
+            .constant("EMISSION", model != "absorption")
+            .constant("SCATTERING", scattering)
+            .constant("PREINTEGRATED", preintegrated)
+            .constant("BACK_TO_FRONT", back_to_front)
+            .constant("ONE_GRID", plain && traits.one_grid())
+            .constant("ALONG", along && plain && traits.one_grid())
+            .constant("RUN", if scale > 1 { 4.0 } else { 1e9 })
+            .constant("SUNS", suns > 0)
+            .constant("MARCHED", marched)
+            .constant("LIGHTS", scattered.lights)
+            .constant("OCTAVES", scattered.octaves)
+            .constant("BUSY", marched || traits.shaded || traits.surfaces)
+            .constant("ROUNDS", rounds > 1)
+            .constant("MEAN", mean)
+            .constant("JITTER", jitter)
+            .constant("BEHIND", behind.is_some())
+            .constant("SEPARATE", apart)
+            .constant("LATTICE", scale > 1 && lattice.is_none())
+            .constant("QUEUED", lattice.is_some())
+            .world(resident)
+            .shadows(&shadows)
+            .read("view", &resident.view)
+            .read("tile", &tile)
+            .read("march", &parameters)
+            .read("lights", &lights)
+            .read("blue_noise", &noise)
+            .read("behind", behind.unwrap_or(&noise))
+            .read("queue", &queue)
+            .write("film", film)
+            .write("paths", &paths)
+            .write("values", &values);
+        match lattice {
+            None => pass.over_coarse_film(rounds * rays, scale).await?,
+            Some(_) => pass.over_queue(rounds * rays, &workgroups).await?,
+        }
     }
-    let upsample = Upsample { stride: Stride { lit: 1, ..stride }, scale, alike: 8.0 * traits.voxel };
-    let upsample = gpu.buffer("upsample", &upsample);
-    graph
-        .compute("upsample", &UPSAMPLE)
-        .constant("BEHIND", behind.is_some())
-        .world(resident)
-        .read("behind", behind.unwrap_or(&noise))
-        .read("view", &resident.view)
-        .read("tile", &tile)
-        .read("upsample", &upsample)
-        .read("low", &low)
-        .read("distances", &distances)
-        .write("film", film)
-        .over_film(1)
-        .await
+    Ok(())
+}
+
+/// How far beyond a tile pixels of a lattice of every `scale`-th are found, as finding those half-way between needs them: two of the
+/// lattice from the last that is found there. Of a lattice of all pixels the last is in the tile.
+fn beyond(scale: i32) -> i32 {
+    if scale == 1 { -1 } else { (beyond(scale / 2).div_euclid(scale) + 2) * scale }
 }
 
 /// Into how many rounds, of how many samples, a camera ray is cut so that no invocation makes more loop iterations than
@@ -330,14 +378,15 @@ fn rounds(
     let (lights, octaves) = (u64::from(scattering.lights), u64::from(scattering.octaves) + 1);
     let looks = u64::from(resident.traits.loops);
     let per_step = 2 + 3 * volumes + looks;
-    let per_light = light_steps
-        .saturating_add(bricks(scattering.stride.step))
-        .saturating_mul(per_step)
-        .saturating_add(resident.transmittance.iterations())
-        .saturating_add(octaves * (volumes + 1) + volumes + shadows::ITERATIONS);
+    let arrives = octaves * (volumes + 1) + volumes + shadows::ITERATIONS;
+    let per_light =
+        light_steps.saturating_add(bricks(scattering.stride.step)).saturating_mul(per_step).saturating_add(arrives);
+    let mapped = lights.min(resident.transmittance.mapped.into());
+    let looked_up = mapped * (resident.transmittance.iterations() + arrives);
     // Gradients and the search for surfaces have loops of their own.
     let details = if resident.traits.shaded || resident.traits.surfaces { (64 + 64 * looks) * volumes } else { 0 };
-    let per_sample = lights.saturating_mul(per_light).saturating_add(per_step + volumes + details);
+    let per_sample =
+        (lights - mapped).saturating_mul(per_light).saturating_add(looked_up + per_step + volumes + details);
     let passed = bricks(stride.step).saturating_mul(per_step).saturating_add(2 * volumes);
     let limit = u64::from(gpu.iterations()).saturating_sub(passed);
     if per_sample > limit {

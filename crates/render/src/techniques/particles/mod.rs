@@ -105,6 +105,9 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
     let whole = settings.choice("lighting") == "body";
     let scattering = model == "single_scattering";
     let mut lights = lights(resident, world, settings);
+    if scattering {
+        warn(resident, world, settings);
+    }
     let options = Options::of_media(settings);
     let casts = if scattering { Shadows::plan(gpu, resident, &mut lights, &options)? } else { Vec::new() };
     let lit_by = lights.len() as u32;
@@ -115,19 +118,10 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
     let shadows = Shadows::record(graph, resident, &resident.view, &lights, casts, &options).await?;
     let shared = Shared { resident, lit: gpu.scratch("lit", lit_bytes(resident)), behind };
     let order = Order::new(gpu, count);
-    graph
-        .compute("lit", &LIT)
-        .constant("WHOLE", whole)
-        .constant("BALLS", resident.bodies.ball_count)
-        .constant("SEGMENTS", resident.bodies.segment_count)
-        .constant("LIGHTS", lit_by)
-        .constant("LIGHTS_WITH_MAPS", with_maps(resident))
-        .constant("SCATTERING", scattering)
-        .constant("EMISSION", model != "absorption")
-        .world(resident)
-        .shadows(&shadows)
-        .read("view", &resident.view)
-        .read("lights", &lights)
+    let lighting = Lighting { whole, scattering, emission: model != "absorption", count: lit_by, lights, shadows };
+    let declared = lighting.on(graph.compute("lit", &LIT), resident);
+    shared
+        .bodies(declared)
         .write("lit", &shared.lit)
         .write("order", &order.buffer)
         .dispatch(order.workgroups(), 1)
@@ -135,17 +129,7 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
     let target = layers::texture(gpu, resident.film).await?;
     if settings.choice("order") == "sorted" {
         order.record(graph).await?;
-        let declared = graph
-            .raster("particles", &SORTED)
-            .constant("WHOLE", whole)
-            .constant("LIGHTS", lit_by)
-            .constant("LIGHTS_WITH_MAPS", with_maps(resident))
-            .constant("SCATTERING", scattering)
-            .constant("EMISSION", model != "absorption")
-            .world(resident)
-            .shadows(&shadows)
-            .read("lights", &lights)
-            .read("order", &order.buffer);
+        let declared = lighting.on(graph.raster("particles", &SORTED), resident).read("order", &order.buffer);
         shared.on(declared).draw(shared.all(&target, layers::OVER)).await?;
         return layers::before(graph, resident, &target, behind, film).await;
     }
@@ -153,14 +137,44 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
     coefficients::record(graph, &shared, coefficients, &target, film).await
 }
 
+/// What lights bodies, as a whole or pixel by pixel.
+struct Lighting {
+    whole: bool,
+    scattering: bool,
+    emission: bool,
+    /// How many lights there are.
+    count: u32,
+    lights: wgpu::Buffer,
+    shadows: Shadows,
+}
+
+impl Lighting {
+    /// What `lighting.wesl` needs.
+    fn on<'g, 'a, Kind>(&self, declared: Declaration<'g, 'a, Kind>, resident: &Resident) -> Declaration<'g, 'a, Kind> {
+        declared
+            .constant("WHOLE", self.whole)
+            .constant("LIGHTS", self.count)
+            .constant("SCATTERING", self.scattering)
+            .constant("EMISSION", self.emission)
+            .world(resident)
+            .shadows(&self.shadows)
+            .read("lights", &self.lights)
+    }
+}
+
 impl Shared<'_> {
-    /// What `footprint.wesl` needs, and surfaces; where there are none, a texture that is not drawn to is bound.
-    fn on<'g, 'a>(&self, declared: Declaration<'g, 'a, Raster>) -> Declaration<'g, 'a, Raster> {
+    /// What all passes over bodies need.
+    fn bodies<'g, 'a, Kind>(&self, declared: Declaration<'g, 'a, Kind>) -> Declaration<'g, 'a, Kind> {
         declared
             .constant("BALLS", self.resident.bodies.ball_count)
             .constant("SEGMENTS", self.resident.bodies.segment_count)
-            .constant("BEHIND", self.behind.is_some())
             .read("view", &self.resident.view)
+    }
+
+    /// What `footprint.wesl` needs, and surfaces; where there are none, a texture that is not drawn to is bound.
+    fn on<'g, 'a>(&self, declared: Declaration<'g, 'a, Raster>) -> Declaration<'g, 'a, Raster> {
+        self.bodies(declared)
+            .constant("BEHIND", self.behind.is_some())
             .read("lit", &self.lit)
             .read("behind", self.behind.unwrap_or(&self.resident.transmittance.maps))
     }
@@ -190,10 +204,20 @@ fn lights(resident: &Resident, world: &World, settings: &Settings) -> Vec<Light>
     lights
 }
 
-/// How many of them, the first ones, have maps: virtual lights take the place of the environment's directions.
-fn with_maps(resident: &Resident) -> u32 {
-    let mapped = resident.transmittance.mapped;
-    if resident.virtual_lights.is_some() { mapped.min(resident.lights.len() as u32) } else { mapped }
+/// Says which light bodies do not keep from each other.
+fn warn(resident: &Resident, world: &World, settings: &Settings) {
+    if resident.virtual_lights.is_some() {
+        tracing::warn!(
+            "techniques.instant_radiosity: its virtual lights have no maps of transmittance: bodies cast no shadows of them on each other"
+        );
+    } else if settings.number("area_points") > 0.0 {
+        for surface in world.surfaces.iter().filter(|surface| surface.material.emission != glam::Vec3::ZERO) {
+            tracing::warn!(
+                "surfaces.{}: what it emits has no maps of transmittance: bodies cast no shadows of it on each other",
+                surface.name
+            );
+        }
+    }
 }
 
 /// Refuses what layers of bodies cannot show.

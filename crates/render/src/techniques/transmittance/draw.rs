@@ -114,6 +114,7 @@ impl Drawn {
         let groups = resident.transmittance.resolution.div_ceil(8);
         graph
             .compute("transmittance.range", &RANGE)
+            .constant("ONE_GRID", resident.traits.one_grid())
             .world(resident)
             .read("deposit", deposit)
             .read("drawn", &self.layers)

@@ -176,6 +176,7 @@ async fn record(Recording { graph, resident, settings, world, .. }: Recording<'_
             .compute("transmittance.deposit", if single { &SINGLE } else { &HALF })
             .constant("WINDOW", window.unwrap_or(0) as u32)
             .constant("DRAWN", bodies)
+            .constant("ONE_GRID", resident.traits.one_grid())
             .world(resident)
             .read("deposit", &deposit)
             .read("drawn", &drawn.layers)

@@ -80,6 +80,10 @@ fn every_light_has_a_map() {
         );
         let off = error(&found, &exact);
         assert!(off < most, "{off} with {light}");
+        let deep =
+            lit_cube(&gpu, light, "techniques.transmittance = { basis = \"deep\", resolution = 96, light_step = 0.5 }");
+        let deep = error(&deep, &exact);
+        assert!(deep < tolerance::MAPPED_DEEP, "{deep} with {light}");
         let coarse = lit_cube(&gpu, light, "techniques.transmittance = { coefficients = 1, resolution = 8 }");
         assert!(error(&coarse, &exact) > most, "the test sees that one coefficient is too few");
     }
@@ -104,6 +108,9 @@ fn the_plume_looks_as_marched() {
     let whole = with("coefficients = 15\ndepths = \"light\"");
     let half = with("precision = \"half\"");
     let slices = with("basis = \"slices\"");
+    // As the inner march does, a deep map takes each of its steps to be homogeneous.
+    let deep = with("basis = \"deep\"");
+    assert!(deep < tolerance::MAPPED_DEEP, "{deep}");
     assert!(seven < tolerance::MAPPED_PLUME_7, "{seven}");
     assert!(fifteen < tolerance::MAPPED_PLUME, "{fifteen}");
     assert!(cosine < tolerance::MAPPED_PLUME, "{cosine}");

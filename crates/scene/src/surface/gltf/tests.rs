@@ -265,7 +265,8 @@ fn pictured() -> Value {
     document["images"] = json!([{ "uri": format!("data:image/png;base64,{png}") }]);
     document["samplers"] = json!([{ "wrapS": 33071, "wrapT": 33648 }]);
     document["textures"] = json!([{ "source": 0 }, { "source": 0, "sampler": 0 }]);
-    let turned = json!({ "offset": [0, 1], "rotation": 1.57079632679f64, "scale": [0.5, 0.5], "texCoord": 1 });
+    let turned =
+        json!({ "offset": [0, 1], "rotation": std::f64::consts::FRAC_PI_2, "scale": [0.5, 0.5], "texCoord": 1 });
     document["materials"][0] = json!({
         "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } },
         "emissiveTexture": { "index": 1, "extensions": { "KHR_texture_transform": turned } },

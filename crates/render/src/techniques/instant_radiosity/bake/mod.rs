@@ -25,8 +25,8 @@ use tyndall_scene::parameter::Settings;
 use tyndall_scene::surface::{Bsdf, Exported, Map, Material, Surface, Texture, TriangleMesh};
 
 use super::geometry::Geometry;
-use super::vpl::{PARALLEL, Vpl, Vpls};
-use super::{TECHNIQUE, Walk, batches, check_size, grouped, per_round, specialised, walk};
+use super::vpl::{PARALLEL, Vpl};
+use super::{Gathering, TECHNIQUE, Walk, batches, check_size, grouped, per_round, walk};
 use crate::frame::film_texture;
 use crate::graph::{Graph, Shader, Tile, shader};
 use crate::renderer::read_film;
@@ -64,6 +64,8 @@ const TRIES: u32 = 1024;
 pub async fn bake(gpu: &Gpu, world: &World, side: u32, progress: &mut Progress<'_>) -> Result<Baked, RenderError> {
     let given = world.scene.techniques.get(TECHNIQUE.name);
     let settings = Settings::new(TECHNIQUE.name, TECHNIQUE.parameters, given)?;
+    // What lights and is lit.
+    let world = &World { volumes: Vec::new(), ..world.clone() };
     let walk = Walk::new(world, &settings)?;
     if world.surfaces.iter().any(|surface| surface.material.alpha_cutoff.is_some()) {
         tracing::warn!("surfaces: what alpha cuts away is there in light maps");
@@ -131,14 +133,8 @@ async fn gathered(
     atlas: &Atlas,
     progress: &mut Progress<'_>,
 ) -> Result<Vec<Vec3>, RenderError> {
-    // What lights and is lit, with the map in place of the film.
-    let mut world = World {
-        scene: world.scene.clone(),
-        surfaces: world.surfaces.clone(),
-        lights: world.lights.clone(),
-        environment: world.environment.clone(),
-        ..World::default()
-    };
+    // With the map in place of the film.
+    let mut world = world.clone();
     world.scene.film.size = atlas.size;
     let resident = Resident::new(gpu, &world).await?;
     let film = film_texture(gpu, atlas.size, "light map").await?;
@@ -146,30 +142,26 @@ async fn gathered(
     let groups = walk::groups(paths, (settings.number("samples") as u32).min(paths));
     let (list, ranges) = grouped(lights, &groups, &walk.mirrors);
     check_size(gpu, list.len())?;
-    let mut gather = walk.gather(settings);
-    gather.batches = batches(&ranges, per_round(gpu, walk, &list, gather.compensation));
-    gather.rounds = gather.batches.len() as u32;
-    let rounds = gather.rounds;
-    let [nodes, corners] = walk.geometry.bvh.textures(gpu).await?;
     let vpls = list.len() as u64;
-    let list = if list.is_empty() { vec![Vpl::BLACK] } else { list };
+    let mut gather = walk.gather(&resident, settings);
+    let batches = batches(&ranges, per_round(gpu, &resident, walk, &list, &gather)?);
+    gather.rounds = batches.len() as u32;
+    gather.vpls = if list.is_empty() { vec![Vpl::BLACK] } else { list };
+    let gathering = Gathering::by_rays(gpu, &walk.geometry, &gather, &batches).await?;
     let places =
         gpu.table("places", atlas.size, wgpu::TextureFormat::Rgba32Uint, bytemuck::cast_slice(&atlas.places)).await?;
     let mut graph = Graph::new(gpu);
     let (tile, tile_side) = (graph.tile(), gpu.tile_side());
     let sums = gpu.scratch("sums", u64::from(tile_side).pow(2) * 16);
-    specialised(graph.compute("bake", &BAKE), gpu, &walk.geometry)
+    gathering
+        .read_by(graph.compute("bake", &BAKE), gpu, &walk.geometry)
         .world(&resident)
         .read("view", &resident.view)
         .read("tile", &tile)
-        .read("gather", &gpu.buffer("gather", &gather))
-        .read("vpls", &gpu.buffer("vpls", &Vpls { list }))
-        .read("nodes", &nodes)
-        .read("corners", &corners)
         .read("places", &places)
         .write("sums", &sums)
         .write("film", &film)
-        .over_film(rounds)
+        .over_film(gathering.rounds)
         .await?;
     let mut profiler = wgpu_profiler::GpuProfiler::new(&gpu.device, wgpu_profiler::GpuProfilerSettings::default())
         .map_err(|error| RenderError::Pass { pass: "profiler".into(), message: error.to_string() })?;
