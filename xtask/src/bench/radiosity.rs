@@ -54,8 +54,7 @@ struct Set {
 }
 
 /// From fast to good.
-const LADDER: [Set; 4] =
-    [set(16, 4, 4, false), set(32, 4, 4, false), set(64, 8, 4, true), set(192, 8, 5, true), set(1024, 16, 6, true)];
+const LADDER: [Set; 4] = [set(16, 4, 4, false), set(32, 4, 4, false), set(64, 8, 4, true), set(192, 8, 5, true)];
 /// The error that is asked for, and the radiance from which on a pixel shows the lamp [W·sr⁻¹·m⁻²].
 const AIM: f64 = 0.05;
 const LAMP: f32 = 2.0;
