@@ -26,14 +26,13 @@ fn maps_agree_with_rays() {
         world
     };
     let room = |settings: &str| cornell(32, settings, "");
-    let cases: [(&str, &dyn Fn(&str) -> World, f64); 2] =
-        [("room", &room, tolerance::MAPS), ("sky", &open, tolerance::MAPS_OF_SKY)];
-    for (name, of, tolerated) in cases {
-        let [rays, maps] = both(&gpu, settings, of);
+    let differ = |name: &str, [rays, maps]: [Image; 2], tolerated: f64| {
         let error = metrics::linear::linear_errors(&maps, &rays).relative_rmse;
         println!("{name}: maps differ from rays by {:.3} %", 100.0 * error);
         assert!(error > 0.0 && error < tolerated, "{name}: {error}");
-    }
+    };
+    differ("room", both(&gpu, settings, room), tolerance::MAPS);
+    differ("sky", both(&gpu, settings, open), tolerance::MAPS_OF_SKY);
 }
 
 /// One light of a lamp: a pixel that maps show otherwise than rays is no farther from an edge of a shadow than a texel reaches, but where
