@@ -64,7 +64,7 @@ const PICTURES: u32 = 1;
 const TURN: u32 = 16;
 /// For the costs: the film's side, paths, and rings of the ball's triangles.
 const COST_SIDE: u32 = 128;
-const PATHS: [u32; 4] = [16, 64, 256, 512];
+const PATHS: [u32; 4] = [64, 256, 1024, 2048];
 const RINGS: [u32; 4] = [8, 24, 72, 160];
 
 const fn set(paths: u32, samples: u32, interleaving: u32, compensation: bool) -> Set {

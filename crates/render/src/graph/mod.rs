@@ -264,6 +264,7 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             ("SHADED", f64::from(traits.shaded)),
             ("SURFACES", f64::from(traits.surfaces)),
             ("GRADIENTS", f64::from(resident.has_gradients())),
+            ("VALUED", f64::from(resident.has_valued_gradients())),
             ("FLAT", f64::from(resident.flat)),
             ("CUTOUTS", f64::from(resident.surfaces.cutouts)),
             ("SECOND", f64::from(resident.surfaces.second)),

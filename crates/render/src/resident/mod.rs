@@ -201,6 +201,11 @@ impl Resident {
         self.gradients.size() == self.atlas.size()
     }
 
+    /// Whether what is beside gradients, in half floats, are the values as the atlas has them.
+    pub(crate) fn has_valued_gradients(&self) -> bool {
+        self.has_gradients() && self.atlas.format() == wgpu::TextureFormat::R16Float
+    }
+
     /// Writes the bodies of the world that [`with_media`](Self::with_media) was given.
     pub(crate) fn upload_bodies(&self, gpu: &Gpu, world: &World) {
         self.bodies.upload(gpu, &ordered(world));
