@@ -344,7 +344,7 @@ impl Declaration<'_, '_, Compute> {
         self.over_coarse_film(rounds, 1).await
     }
 
-    /// As [`over_film`](Self::over_film), an invocation a square of `scale` pixels a side, of as many [`squares`] a side of the
+    /// As [`over_film`](Self::over_film), an invocation a square of `scale` pixels a side, of as many `squares` a side of the
     /// tile.
     ///
     /// # Errors
