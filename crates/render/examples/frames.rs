@@ -2,6 +2,8 @@
 //!
 //!     cargo run -p tyndall --example frames -- SCENE.toml FRAMES [PATH=VALUE...]
 
+mod clock;
+
 use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
@@ -10,6 +12,8 @@ use tyndall::scene::assets::Directory;
 use tyndall::scene::volume::Budget;
 use tyndall::scene::{Document, World};
 use tyndall::{Frame, Gpu};
+
+use clock::cpu_seconds;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
@@ -44,14 +48,4 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (wall, cpu) = (each(begun.elapsed().as_secs_f64()), each(cpu_seconds() - before));
     println!("{{ \"adapter\": \"{}\", \"wall\": {wall}, \"cpu\": {cpu} }}", gpu.name());
     Ok(())
-}
-
-/// CPU time of this process, of all its threads, the user's and the system's [s]; 0 where it is not known (only Linux tells).
-fn cpu_seconds() -> f64 {
-    // What follows the name in proc_pid_stat(5) begins with field 3; 14 and 15 are utime and stime, in hundredths of a second.
-    let ticks = std::fs::read_to_string("/proc/self/stat").ok().and_then(|text| {
-        let mut fields = text.rsplit_once(')')?.1.split_whitespace().skip(11);
-        Some(fields.next()?.parse::<f64>().ok()? + fields.next()?.parse::<f64>().ok()?)
-    });
-    ticks.map_or(0.0, |ticks| ticks * 0.01)
 }

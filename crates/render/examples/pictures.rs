@@ -3,6 +3,8 @@
 //!
 //!     cargo run -p tyndall --example pictures -- SCENE OUT.exr COUNT PATH=VALUE...
 
+mod clock;
+
 use std::error::Error;
 use std::fs;
 use std::ops::ControlFlow;
@@ -13,6 +15,8 @@ use tyndall::scene::assets::Directory;
 use tyndall::scene::volume::Budget;
 use tyndall::scene::{Document, World};
 use tyndall::{AdapterChoice, Gpu};
+
+use clock::cpu_seconds;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
@@ -33,21 +37,12 @@ fn main() -> Result<()> {
     let render = || pollster::block_on(tyndall::render(&gpu, &world, &mut |_| ControlFlow::Continue(())));
     render()?.image.write(output.as_ref(), 0.0)?;
     let count = count.parse::<u32>()?;
-    let (begun, spent) = (Instant::now(), cpu_seconds()?);
+    let (begun, spent) = (Instant::now(), cpu_seconds());
     for _ in 0..count {
         render()?;
     }
     let each = |seconds: f64| seconds / f64::from(count);
-    let (cpu, clock) = (each(cpu_seconds()? - spent), each(begun.elapsed().as_secs_f64()));
+    let (cpu, clock) = (each(cpu_seconds() - spent), each(begun.elapsed().as_secs_f64()));
     println!("{{\"cpu\": {cpu}, \"clock\": {clock}}}");
     Ok(())
-}
-
-/// User's and system's CPU time of this process, of all its threads [s].
-fn cpu_seconds() -> Result<f64> {
-    // What follows the name in proc_pid_stat(5) begins with field 3; fields 14 and 15 are utime and stime, in hundredths of a second.
-    let text = fs::read_to_string("/proc/self/stat")?;
-    let (_, fields) = text.rsplit_once(')').ok_or("no times")?;
-    let ticks = fields.split_whitespace().skip(11).take(2).map(str::parse::<f64>);
-    Ok(0.01 * ticks.sum::<std::result::Result<f64, _>>()?)
 }
