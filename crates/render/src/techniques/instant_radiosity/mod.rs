@@ -201,13 +201,18 @@ struct Gathering {
 }
 
 impl Gathering {
-    /// By rays alone.
-    async fn by_rays(gpu: &Gpu, geometry: &Geometry, gather: &Gather, batches: &[Batch]) -> Result<Self, RenderError> {
+    /// By rays alone, through a hierarchy that lies on the device.
+    async fn by_rays(
+        gpu: &Gpu,
+        hierarchy: [wgpu::Texture; 2],
+        gather: &Gather,
+        batches: &[Batch],
+    ) -> Result<Self, RenderError> {
         Ok(Self {
             gather: gpu.buffer("gather", gather),
             batches: table(gpu, "batches", batch_texels(batches)).await?,
             rounds: batches.len() as u32,
-            hierarchy: geometry.bvh.textures(gpu).await?,
+            hierarchy,
             maps: Maps::none(gpu).await?,
         })
     }
@@ -393,13 +398,13 @@ async fn record(
         resident.transmittance.directions = 0;
     }
     gather.vpls = if vpls.is_empty() { vec![Vpl::BLACK] } else { vpls };
-    let mut gathering = Gathering::by_rays(gpu, &walk.geometry, &gather, &batches).await?;
+    let mut gathering = Gathering::by_rays(gpu, walk.geometry.bvh.textures(gpu).await?, &gather, &batches).await?;
     if side.is_some() {
         gathering.maps = Maps::record(graph, resident, &gathering.gather, &plan).await?;
     }
     let (cells, interleaving) = (points::cells(gpu), settings.number("interleaving") as u32);
     if interleaving > 1 {
-        points::points_pass(graph, resident, &walk, settings, lights, &cells).await?;
+        points::points_pass(graph, resident, &walk, settings, lights, &gathering.hierarchy, &cells).await?;
     }
     gather_pass(graph, resident, &walk.geometry, &gathering, &cells, interleaving, film).await
 }

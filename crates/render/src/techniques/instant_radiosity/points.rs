@@ -27,6 +27,7 @@ pub(super) async fn points_pass(
     walk: &Walk,
     settings: &Settings,
     lights: Vec<Vpl>,
+    hierarchy: &[wgpu::Texture; 2],
     cells: &wgpu::Buffer,
 ) -> Result<(), RenderError> {
     let (gpu, tile) = (graph.gpu(), graph.tile());
@@ -53,7 +54,7 @@ pub(super) async fn points_pass(
     }
     gather.rounds = rounds as u32;
     gather.vpls = if vpls.is_empty() { vec![Vpl::BLACK] } else { vpls };
-    Gathering::by_rays(gpu, &walk.geometry, &gather, &all)
+    Gathering::by_rays(gpu, hierarchy.clone(), &gather, &all)
         .await?
         .read_by(graph.compute("points", &POINTS), gpu, &walk.geometry)
         .constant("INTERLEAVING", interleaving as u32)

@@ -94,7 +94,7 @@ impl<'a> Walkthrough<'a> {
         let (film, image) =
             (film_texture(gpu, resident.film, "film").await?, film_texture(gpu, resident.film, "image").await?);
         let batches = vec![Batch::default(); gather.rounds as usize];
-        let gathering = Gathering::by_rays(gpu, &walk.geometry, &gather, &batches).await?;
+        let gathering = Gathering::by_rays(gpu, walk.geometry.bvh.textures(gpu).await?, &gather, &batches).await?;
         let scale = gpu.buffer("ring", &Ring { scale: 1.0 });
         let mut graph = Graph::new(gpu);
         gather_pass(&mut graph, &resident, &walk.geometry, &gathering, &points::cells(gpu), 1, &image).await?;

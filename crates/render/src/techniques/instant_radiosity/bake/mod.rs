@@ -147,7 +147,7 @@ async fn gathered(
     let batches = batches(&ranges, per_round(gpu, &resident, walk, &list, &gather)?);
     gather.rounds = batches.len() as u32;
     gather.vpls = if list.is_empty() { vec![Vpl::BLACK] } else { list };
-    let gathering = Gathering::by_rays(gpu, &walk.geometry, &gather, &batches).await?;
+    let gathering = Gathering::by_rays(gpu, walk.geometry.bvh.textures(gpu).await?, &gather, &batches).await?;
     let places =
         gpu.table("places", atlas.size, wgpu::TextureFormat::Rgba32Uint, bytemuck::cast_slice(&atlas.places)).await?;
     let mut graph = Graph::new(gpu);
