@@ -267,7 +267,7 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             ("VALUED", f64::from(resident.has_valued_gradients())),
             ("FLAT", f64::from(resident.flat)),
             ("CUTOUTS", f64::from(resident.surfaces.cutouts)),
-            ("SECOND", f64::from(resident.surfaces.second)),
+            ("PICTURES", f64::from(resident.surfaces.pictures)),
         ];
         for (name, value) in constants.into_iter().chain(resident.transmittance.constants()) {
             if reflection.overrides.iter().any(|used| used == name) {

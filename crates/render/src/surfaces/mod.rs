@@ -31,8 +31,9 @@ pub struct GBuffer {
     pub facing: wgpu::Texture,
     /// `Rg32Float`: from where in the film it was in the frame before to where it is, x to the right, y down [pixel].
     pub motion: wgpu::Texture,
-    /// `Rg32Float`: the second set of texture coordinates; one texel where no map takes it.
-    pub second: wgpu::Texture,
+    /// `Rgba32Uint`: the bits of the second set of texture coordinates; how far the first set reaches over a pixel along u and v, and
+    /// how far the second, each two half floats. One texel where there are no pictures.
+    pub mapping: wgpu::Texture,
 }
 
 impl GBuffer {
@@ -58,8 +59,8 @@ impl GBuffer {
             place: gpu.texture_2d("place", film, Rgba32Float, written).await?,
             facing: gpu.texture_2d("facing", film, Rgba32Uint, written).await?,
             motion: gpu.texture_2d("motion", film, Rg32Float, written).await?,
-            second: gpu
-                .texture_2d("second", if resident.surfaces.second { film } else { [1; 2] }, Rg32Float, written)
+            mapping: gpu
+                .texture_2d("mapping", if resident.surfaces.pictures { film } else { [1; 2] }, Rgba32Uint, written)
                 .await?,
         };
         let surfaces = &resident.surfaces;
@@ -89,7 +90,7 @@ impl GBuffer {
             .write("surface_place", &gbuffer.place)
             .write("surface_facing", &gbuffer.facing)
             .write("surface_motion", &gbuffer.motion)
-            .write("surface_second", &gbuffer.second)
+            .write("surface_mapping", &gbuffer.mapping)
             .over_film(1)
             .await?;
         Ok(gbuffer)

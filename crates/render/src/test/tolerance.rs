@@ -65,6 +65,13 @@ pub const BIASED_MOMENTS: f64 = 0.05;
 /// As [`PROBE`], for maps of 30 to 300 texels a side that change by 1 from texel to texel: a texture coordinate's rounding, times
 /// 300; and `pow` as in [`PROBE_AGX`].
 pub const PROBE_MAP: f64 = 4e-4;
+/// Means in steps of 8 bits: half of one by rounding, and `pow` as in [`PROBE_AGX`].
+pub const ROUNDED_TEXEL: f64 = 0.6;
+/// Light of mip levels whose texels were rounded to 8 bits of sRGB twice: two steps, each at most 0.0089 of linear light; most are
+/// much darker.
+pub const MIPS: f64 = 0.018;
+/// Relative RMSE of a finely chequered floor seen at a grazing angle with mip maps, over that without: 0.31 was found.
+pub const CHEQUERED: f64 = 0.5;
 /// Unit vectors in 16 bits a coordinate: both are rounded by half a step, 2⁻¹⁶, the third by both; all are on an octahedron
 /// whose faces are √3 times nearer than the sphere: 2⁻¹⁶·√6·√3 = 6.5e-5, and roundings of 2⁻²⁴.
 pub const PROBE_PACKED: f64 = 6.6e-5;

@@ -10,6 +10,8 @@ use tyndall_scene::surface::{Bsdf, Map, Surface, Texcoords};
 
 use crate::{Gpu, RenderError};
 use maps::Maps;
+#[cfg(test)]
+pub(crate) use maps::Picture;
 pub use maps::Placed;
 
 /// A vertex as shaders see it.
@@ -70,11 +72,10 @@ pub struct Material {
 }
 
 impl Material {
-    /// Whether any of its maps takes the second set of texture coordinates.
-    fn takes_second(&self) -> bool {
-        [self.base_map, self.emission_map, self.metallic_roughness_map, self.normal_map]
-            .iter()
-            .any(Placed::takes_second)
+    /// The maps that it has.
+    fn maps(&mut self) -> impl Iterator<Item = &mut Placed> {
+        let maps = [&mut self.base_map, &mut self.emission_map, &mut self.metallic_roughness_map, &mut self.normal_map];
+        maps.into_iter().filter(|map| map.size != 0)
     }
 }
 
@@ -87,7 +88,7 @@ pub struct Surfaces {
     pub triangles: wgpu::Buffer,
     /// A [`Material`] a surface.
     pub materials: wgpu::Buffer,
-    /// All maps, one after the other, row by row.
+    /// All maps, one after the other, row by row; then their mip levels from the second on.
     pub texels: wgpu::Texture,
     /// How many triangles there are.
     pub count: u32,
@@ -95,8 +96,8 @@ pub struct Surfaces {
     pub bounds: Option<[Vec3; 2]>,
     /// Whether alpha cuts any of them.
     pub cutouts: bool,
-    /// Whether any map takes the second set of texture coordinates.
-    pub second: bool,
+    /// Whether there are pictures on any of them.
+    pub pictures: bool,
 }
 
 /// The buffer `vertices`.
@@ -145,7 +146,8 @@ impl Surfaces {
         let count = triangles.len() as u32;
         let bounds = vertices.iter().map(|v| [v.position; 2]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
         let cutouts = materials.iter().any(|material| material.cutoff > 0.0);
-        let second = materials.iter().any(Material::takes_second);
+        materials.iter_mut().flat_map(Material::maps).for_each(|map| map.coarser += maps.coarser());
+        let pictures = materials.iter_mut().any(|material| material.maps().next().is_some());
         let texels = maps.texture(gpu).await?;
         let (mut vertices, mut triangles) = (vertices, triangles);
         vertices.resize(vertices.len().max(1), Vertex::default());
@@ -159,7 +161,7 @@ impl Surfaces {
             count,
             bounds,
             cutouts,
-            second,
+            pictures,
         })
     }
 }
@@ -208,24 +210,25 @@ pub(crate) fn triangles(surfaces: &[Surface]) -> (Vec<Vertex>, Vec<UVec4>) {
 /// A surface's material, its maps among `maps`.
 fn material(surface: &Surface, maps: &mut Maps) -> Material {
     let material = &surface.material;
-    let mut place = |map: &Option<Map>| map.as_ref().map_or(Placed::default(), |map| maps.place(map));
+    let cut = material.alpha_cutoff.is_some_and(|cutoff| cutoff > 0.0);
+    let mut place = |map: &Option<Map>, cut: bool| map.as_ref().map_or(Placed::default(), |map| maps.place(map, cut));
     let mut encoded = Material {
         emission: material.emission,
         double_sided: u32::from(material.double_sided),
         cutoff: material.alpha_cutoff.unwrap_or(0.0),
-        emission_map: place(&material.emission_map),
-        normal_map: place(&material.normal_map.as_ref().map(|normal| normal.map.clone())),
+        emission_map: place(&material.emission_map, false),
+        normal_map: place(&material.normal_map.as_ref().map(|normal| normal.map.clone()), false),
         normal_scale: material.normal_map.as_ref().map_or(1.0, |normal| normal.scale),
         ..Material::default()
     };
     match &material.bsdf {
         Bsdf::Lambert { reflectance, map } => {
-            (encoded.base, encoded.base_map) = (*reflectance, place(map));
+            (encoded.base, encoded.base_map) = (*reflectance, place(map, cut));
         }
         Bsdf::MetallicRoughness { base_color, base_color_map, metallic, roughness, metallic_roughness_map } => {
-            (encoded.kind, encoded.base, encoded.base_map) = (1, *base_color, place(base_color_map));
+            (encoded.kind, encoded.base, encoded.base_map) = (1, *base_color, place(base_color_map, cut));
             (encoded.metallic, encoded.roughness) = (*metallic, *roughness);
-            encoded.metallic_roughness_map = place(metallic_roughness_map);
+            encoded.metallic_roughness_map = place(metallic_roughness_map, false);
         }
         Bsdf::Mirror { reflectance } => (encoded.kind, encoded.base) = (2, *reflectance),
         Bsdf::Dielectric { ior } => (encoded.kind, encoded.ior) = (3, *ior),

@@ -108,7 +108,7 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
         .read("lights", &lights)
         .read("surface_place", &gbuffer.place)
         .read("surface_facing", &gbuffer.facing)
-        .read("surface_second", &gbuffer.second)
+        .read("surface_mapping", &gbuffer.mapping)
         .write("sums", &sums)
         .write("film", film)
         .over_film(rounds)
