@@ -38,7 +38,7 @@ pub struct GBuffer {
 
 impl GBuffer {
     /// Records the passes that fill it, as seen with the [`View`](crate::resident::View) in `view`, coming from that in
-    /// `previous`. A view's `forward` need not be perpendicular to the film: moved by a part of `right` and `up`, it looks
+    /// `previous` and from where surfaces were. A view's `forward` need not be perpendicular to the film: moved by a part of `right` and `up`, it looks
     /// through another point of the pixels.
     ///
     /// # Errors
@@ -86,6 +86,7 @@ impl GBuffer {
             .read("view", view)
             .read("tile", &tile)
             .read("previous", previous)
+            .read("motions", &surfaces.motions)
             .read("visibility", &visibility)
             .write("surface_place", &gbuffer.place)
             .write("surface_facing", &gbuffer.facing)

@@ -7,6 +7,7 @@ mod layout;
 mod limits;
 mod maps;
 mod media;
+mod moving;
 pub mod probe;
 pub mod tolerance;
 

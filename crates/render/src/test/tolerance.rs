@@ -79,6 +79,8 @@ pub const PROBE_PACKED: f64 = 6.6e-5;
 pub const DISTANCE: f64 = 3e-5;
 /// Motion of surfaces [pixel]: projections in single precision, over a film of some hundred pixels.
 pub const MOTION: f64 = 1e-3;
+/// Relative RMSE of a frame whose surfaces have moved against a new one: depths are counted from another nearest one.
+pub const MOVED: f64 = 1e-5;
 /// As [`PROBE`], for series: each addition of angles and each step of a recurrence adds roundings, some 20 of them; and WGSL allows
 /// `sin` an error of 2⁻¹¹, of which drivers stay far below.
 pub const PROBE_SERIES: f64 = 1e-4;

@@ -5,7 +5,8 @@ mod maps;
 #[cfg(test)]
 mod test;
 
-use glam::{Mat3, UVec4, Vec2, Vec3, Vec4};
+use glam::{Mat3, Mat4, UVec4, Vec2, Vec3, Vec4};
+use tyndall_scene::FieldError;
 use tyndall_scene::surface::{Bsdf, Map, Surface, Texcoords};
 
 use crate::{Gpu, RenderError};
@@ -88,6 +89,8 @@ pub struct Surfaces {
     pub triangles: wgpu::Buffer,
     /// A [`Material`] a surface.
     pub materials: wgpu::Buffer,
+    /// A matrix a surface, from where it is to where it was in the frame before.
+    pub motions: wgpu::Buffer,
     /// All maps, one after the other, row by row; then their mip levels from the second on.
     pub texels: wgpu::Texture,
     /// How many triangles there are.
@@ -112,6 +115,13 @@ struct Vertices {
 struct Triangles {
     #[shader(size(runtime))]
     list: Vec<UVec4>,
+}
+
+/// The buffer `motions`.
+#[derive(encase::ShaderType)]
+struct Motions {
+    #[shader(size(runtime))]
+    list: Vec<Mat4>,
 }
 
 /// The buffer `materials`.
@@ -156,6 +166,7 @@ impl Surfaces {
         Ok(Self {
             vertices: gpu.buffer("vertices", &Vertices { list: vertices }),
             triangles: gpu.buffer("triangles", &Triangles { list: triangles }),
+            motions: gpu.buffer("motions", &Motions { list: vec![Mat4::IDENTITY; materials.len()] }),
             materials: gpu.buffer("materials", &Materials { list: materials }),
             texels,
             count,
@@ -171,10 +182,41 @@ impl Surfaces {
     pub(crate) fn moved(&mut self, gpu: &Gpu, surfaces: &[Surface]) {
         let (list, _) = triangles(surfaces);
         self.bounds = list.iter().map(|v| [v.position; 2]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
-        let mut bytes = encase::StorageBuffer::new(Vec::new());
-        bytes.write(&Vertices { list }).expect("a Vec grows as it must");
-        gpu.queue.write_buffer(&self.vertices, 0, &bytes.into_inner());
+        gpu.write(&self.vertices, &Vertices { list });
     }
+
+    /// Says how surfaces have moved since the frame before, in which they had these transforms.
+    pub(crate) fn moved_from(&self, gpu: &Gpu, surfaces: &[Surface], before: &[Mat4]) {
+        let motion = |(surface, before): (&Surface, &Mat4)| match surface.world_from_object {
+            same if same == *before => Mat4::IDENTITY,
+            now => (before.as_dmat4() * now.as_dmat4().inverse()).as_mat4(),
+        };
+        gpu.write(&self.motions, &Motions { list: surfaces.iter().zip(before).map(motion).collect() });
+    }
+}
+
+/// Moves the surface of a name.
+///
+/// # Errors
+/// A name that there is not, and a transform that has no inverse; nothing is moved then.
+pub(crate) fn set_transform(surfaces: &mut [Surface], name: &str, world_from_object: Mat4) -> Result<(), FieldError> {
+    if !world_from_object.is_finite() || !world_from_object.as_dmat4().inverse().as_mat4().is_finite() {
+        return Err(FieldError {
+            path: format!("surfaces.{name}"),
+            found: format!("the transform {world_from_object}"),
+            accepted: "one that has an inverse".into(),
+        });
+    }
+    let names = surfaces.iter().map(|surface| surface.name.as_str()).collect::<Vec<_>>().join(", ");
+    let named = surfaces.iter_mut().filter(|surface| surface.name == name);
+    if named.map(|surface| surface.world_from_object = world_from_object).count() == 0 {
+        return Err(FieldError {
+            path: "surfaces".into(),
+            found: format!("{name:?}"),
+            accepted: format!("one of {names}"),
+        });
+    }
+    Ok(())
 }
 
 /// Every surface's vertices and triangles in the world.

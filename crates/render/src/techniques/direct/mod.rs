@@ -20,7 +20,7 @@ use tyndall_scene::{FieldError, World};
 use super::{AREA_POINTS, ENVIRONMENT_DIRECTIONS, Recording, Role, Technique};
 use crate::graph::{Shader, shader};
 use crate::resident::surfaces::emitters;
-use crate::resident::{Light, Lights, Resident, Stride, environment};
+use crate::resident::{Light, Resident, Stride, environment};
 use crate::shadows::{self, Options, Shadows};
 use crate::{Gpu, RenderError};
 
@@ -91,7 +91,7 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
     let direct = gpu.buffer("direct", &direct);
     // A buffer is never empty.
     lights.extend(lights.is_empty().then(|| Light::directional(glam::Vec3::X, glam::Vec3::ZERO)));
-    let lights = gpu.buffer("lights", &Lights { lights });
+    let lights = emitters::buffer(graph, lights, &world.surfaces, settings.number("area_points") as u32);
     let shadows = Shadows::record(graph, resident, &resident.view, &lights, casts, &options).await?;
     let side = u64::from(gpu.tile_side());
     let sums = gpu.scratch("sums", if rounds > 1 { side * side * 16 } else { 16 });
