@@ -61,7 +61,9 @@ impl<'a> Frame<'a> {
         let mut graph = Graph::new(gpu);
         let (mut gbuffer, mut behind) = (None, None);
         if resident.surfaces.count > 0 {
-            gbuffer = Some(GBuffer::record(&mut graph, resident, &resident.view, &resident.previous).await?);
+            let seen = GBuffer::new(gpu, resident).await?;
+            seen.fill(&mut graph, resident, &resident.view, &resident.previous, 1.0).await?;
+            gbuffer = Some(seen);
             behind = Some(film_texture(gpu, resident.film, "behind").await?);
         }
         for (technique, settings) in techniques {
@@ -151,8 +153,7 @@ impl<'a> Frame<'a> {
         self.graph.gpu().write(&self.resident.view, &self.view);
     }
 
-    /// Moves the surface of a name; the next rendering shows it, as a new frame would, and what of shadows and of its light moves with it.
-    /// Nothing is recorded anew. Motion in [`gbuffer`](Self::gbuffer) is from where it was in the last rendering.
+    /// Moves the surface of a name; the next rendering shows it, with its light and all shadows, as a new frame would. Nothing is recorded anew. Motion in [`gbuffer`](Self::gbuffer) is from where it was in the last rendering.
     ///
     /// # Errors
     /// A name that there is not, a transform that has no inverse, and a technique whose light does not move with surfaces: instant

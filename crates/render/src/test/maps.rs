@@ -54,7 +54,7 @@ fn squares(technique: &str) -> World {
 }
 
 /// The reference through points of a grid of so many a side in every pixel.
-fn reference(world: &World, side: u32) -> Image {
+pub fn reference(world: &World, side: u32) -> Image {
     let tracer = Tracer::new(world).unwrap();
     let view = view_of(world);
     let mut rng = Random::new(1, 0, 0);
@@ -174,6 +174,12 @@ fn a_chequered_floor_is_nearer_to_the_reference_with_mips() {
         [picture(&gpu, &world), reference(&world, 1)].map(|image| linear_errors(&image, &whole).relative_rmse);
     println!("relative RMSE {with:.4} with mip maps, {without:.4} without");
     assert!(with < tolerance::CHEQUERED * without, "{with} {without}");
+    // Each of several rays stands for a part of the pixel.
+    let of = "camera = { position = [0, 0, 1], target = [0, 0, 0] }\ntechniques.direct.samples = 16";
+    world.scene.techniques = super::world(of).scene.techniques;
+    let several = linear_errors(&picture(&gpu, &world), &whole).relative_rmse;
+    println!("with 16 rays a pixel {several:.4}");
+    assert!(several < tolerance::CHEQUERED * with, "{several} {with}");
 }
 
 /// Rays go through many points of a pixel.

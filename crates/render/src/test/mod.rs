@@ -5,7 +5,7 @@ mod display;
 mod golden;
 mod layout;
 mod limits;
-mod maps;
+pub mod maps;
 mod media;
 mod moving;
 pub mod probe;
