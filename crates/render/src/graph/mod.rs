@@ -64,7 +64,9 @@ pub struct Graph<'a> {
 }
 
 /// Writes what a buffer holds anew when surfaces have moved.
-struct Follower(Box<dyn Fn(&Gpu, &Resident, &[Surface]) + Send + Sync>);
+type Rewrite = dyn Fn(&Gpu, &Resident, &[Surface]) + Send + Sync;
+
+struct Follower(Box<Rewrite>);
 
 impl std::fmt::Debug for Follower {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

@@ -29,13 +29,13 @@ fn motions(gpu: &Gpu, frame: &Frame, world: &World, name: &str) -> Vec<(bool, f6
     let facing: Vec<[u32; 4]> = pollster::block_on(read_texels(gpu, &gbuffer.facing)).unwrap();
     let motion: Vec<[f32; 2]> = pollster::block_on(read_texels(gpu, &gbuffer.motion)).unwrap();
     let number = world.surfaces.iter().position(|surface| surface.name == name).unwrap();
-    let texels = place.iter().zip(&facing).zip(motion).enumerate();
     let width = world.scene.film.size[0] as usize;
-    let of = |(i, ((place, facing), motion)): (usize, ((&[f32; 4], &[u32; 4]), [f32; 2]))| {
+    let of = |(i, motion): (usize, &[f32; 2])| {
         let film = Vec2::new((i % width) as f32, (i / width) as f32) + 0.5;
-        (place[0] < 1e30 && facing[2] as usize == number, f64::from(place[0]), film, Vec2::from(motion))
+        let distance = place[i][0];
+        (distance < 1e30 && facing[i][2] as usize == number, f64::from(distance), film, Vec2::from(*motion))
     };
-    texels.map(of).collect()
+    motion.iter().enumerate().map(of).collect()
 }
 
 /// Where a point is on the film.
