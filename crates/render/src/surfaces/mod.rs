@@ -94,6 +94,7 @@ impl GBuffer {
         graph
             .compute("resolve", &RESOLVE)
             .constant("SIDE", side)
+            .constant("AVERAGED", surfaces.pictures)
             .world(resident)
             .read("view", view)
             .read("tile", &tile)

@@ -118,6 +118,7 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
         graph
             .compute("direct", &DIRECT)
             .constant("KEPT", kept)
+            .constant("AVERAGED", resident.surfaces.pictures)
             .constant("MARCHED", count > resident.transmittance.mapped)
             .world(resident)
             .shadows(&shadows)
