@@ -6,7 +6,7 @@ use std::path::Path;
 
 use tyndall::scene::assets::Directory;
 use tyndall::scene::description::{Optics, Phase};
-use tyndall::scene::glam::Vec3;
+use tyndall::scene::glam::{Mat4, Vec3};
 use tyndall::scene::volume::Budget;
 use tyndall::scene::{Document, World};
 use tyndall::{Frame, Gpu, wgpu};
@@ -45,6 +45,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         pollster::block_on(frame.show(&window))?;
         device.poll(wgpu::PollType::wait_indefinitely())?;
         println!("frame {step}: {:?}", frame.timings());
+    }
+
+    // A thing moves, with its light and its shadow.
+    if let Some(surface) = world.surfaces.first() {
+        let place = Mat4::from_translation(Vec3::new(0.1, 0.0, 0.0)) * surface.world_from_object;
+        frame.set_transform(&surface.name, place)?;
+        frame.render();
     }
 
     // A knob is turned: what a medium does to light is another, and no voxel is uploaded.

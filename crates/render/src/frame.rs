@@ -1,15 +1,16 @@
 //! The order of a frame, readable as a recipe.
 
-use encase::ShaderSize;
-use tyndall_scene::World;
+use glam::Mat4;
 use tyndall_scene::description::Camera;
 use tyndall_scene::parameter::Settings;
+use tyndall_scene::surface::Surface;
+use tyndall_scene::{FieldError, World};
 
 use crate::display::Display;
 use crate::graph::{Graph, Tile};
-use crate::resident::{Resident, View};
+use crate::resident::{Resident, View, surfaces};
 use crate::surfaces::GBuffer;
-use crate::techniques::{Chosen, Recorded, Recording, Role, chosen};
+use crate::techniques::{Chosen, Recorded, Recording, Role, chosen, direct};
 use crate::{Gpu, RenderError};
 
 /// A frame of one world: passes recorded once, rendered as often as one likes. Rendering allocates nothing.
@@ -20,6 +21,11 @@ pub struct Frame<'a> {
     gbuffer: Option<GBuffer>,
     /// The camera of the next frame.
     view: View,
+    /// The surfaces of the next frame, and the transforms that they had in the last.
+    surfaces: Vec<Surface>,
+    transforms: Vec<Mat4>,
+    /// The technique whose light stays as surfaces were, if there is one.
+    still: Option<&'static str>,
     profiler: wgpu_profiler::GpuProfiler,
     exposure: f32,
     /// Frames rendered since the picture last changed; those with jitter add up.
@@ -39,7 +45,9 @@ impl<'a> Frame<'a> {
         let mut resident = Resident::new(gpu, world).await?;
         let film = film_texture(gpu, resident.film, "film").await?;
         let (graph, gbuffer) = Self::passes(gpu, world, &techniques, &mut resident, &film).await?;
-        Self::of(graph, world, resident, film, gbuffer)
+        let still = still(&techniques);
+        let (surfaces, frame) = (world.surfaces.clone(), Self::of(graph, world, resident, film, gbuffer)?);
+        Ok(Self { transforms: transforms(&surfaces), surfaces, still, ..frame })
     }
 
     /// The passes of a world's techniques, and what they see of surfaces.
@@ -53,7 +61,9 @@ impl<'a> Frame<'a> {
         let mut graph = Graph::new(gpu);
         let (mut gbuffer, mut behind) = (None, None);
         if resident.surfaces.count > 0 {
-            gbuffer = Some(GBuffer::record(&mut graph, resident, &resident.view, &resident.previous).await?);
+            let seen = GBuffer::new(gpu, resident).await?;
+            seen.fill(&mut graph, resident, &resident.view, &resident.previous, 1.0).await?;
+            gbuffer = Some(seen);
             behind = Some(film_texture(gpu, resident.film, "behind").await?);
         }
         for (technique, settings) in techniques {
@@ -104,7 +114,20 @@ impl<'a> Frame<'a> {
                 .map_err(|error| RenderError::Pass { pass: "profiler".into(), message: error.to_string() })?;
         let view = resident.view_of(&world.scene.camera);
         let exposure = world.scene.film.exposure;
-        Ok(Self { resident, graph, film, gbuffer, view, profiler, exposure, frames: 0, display: None })
+        Ok(Self {
+            resident,
+            graph,
+            film,
+            gbuffer,
+            view,
+            surfaces: Vec::new(),
+            transforms: Vec::new(),
+            still: None,
+            profiler,
+            exposure,
+            frames: 0,
+            display: None,
+        })
     }
 
     /// Radiance (rgb) and opacity (a) as last rendered, `Rgba32Float`, linear Rec. 709.
@@ -127,7 +150,26 @@ impl<'a> Frame<'a> {
     pub fn set_camera(&mut self, camera: &Camera) {
         self.frames = 0;
         self.view = self.resident.view_of(camera);
-        self.write_view(&self.resident.view);
+        self.graph.gpu().write(&self.resident.view, &self.view);
+    }
+
+    /// Moves the surface of a name; the next rendering shows it, with its light and all shadows, as a new frame would. Nothing is recorded anew. Motion in [`gbuffer`](Self::gbuffer) is from where it was in the last rendering.
+    ///
+    /// # Errors
+    /// A name that there is not, a transform that has no inverse, and a technique whose light does not move with surfaces: instant
+    /// radiosity has [`Walkthrough`](crate::techniques::instant_radiosity::Walkthrough) for it.
+    pub fn set_transform(&mut self, name: &str, world_from_object: Mat4) -> Result<(), RenderError> {
+        if let Some(technique) = self.still {
+            return Err(FieldError {
+                path: format!("techniques.{technique}"),
+                found: format!("it, with surfaces.{name} that moves"),
+                accepted: format!("techniques.{}, or a Walkthrough", direct::TECHNIQUE.name),
+            }
+            .into());
+        }
+        surfaces::set_transform(&mut self.surfaces, name, world_from_object)?;
+        self.frames = 0;
+        Ok(())
     }
 
     /// Shows media as `world` has them now: what they do to light (see [`World::set_optics`]), where they are and where they
@@ -135,7 +177,7 @@ impl<'a> Frame<'a> {
     /// set. The next rendering shows it, on the same film, as a new frame would; whatever
     /// the change, from coefficients to a transfer function among them. No voxel is uploaded: tables and the bounds of bricks
     /// are made anew and the passes recorded again, and pipelines that were needed before are there. The camera, lights,
-    /// surfaces and the film's size stay as they are. The textures of [`gbuffer`](Self::gbuffer) are others afterwards.
+    /// surfaces and the film's size stay as this frame has them. The textures of [`gbuffer`](Self::gbuffer) are others afterwards.
     ///
     /// # Errors
     /// Grids that are not those of the world that the frame was made of, and those of [`new`](Self::new); the frame then goes
@@ -143,26 +185,33 @@ impl<'a> Frame<'a> {
     pub async fn set_media(&mut self, world: &World) -> Result<(), RenderError> {
         let gpu = self.graph.gpu();
         let techniques = chosen(&world.scene)?;
-        let mut resident = self.resident.with_media(gpu, world).await?;
-        let (graph, gbuffer) = Self::passes(gpu, world, &techniques, &mut resident, &self.film).await?;
-        resident.upload_bodies(gpu, world);
+        let world = World { surfaces: self.surfaces.clone(), ..world.clone() };
+        let mut resident = self.resident.with_media(gpu, &world).await?;
+        let (graph, gbuffer) = Self::passes(gpu, &world, &techniques, &mut resident, &self.film).await?;
+        resident.upload_bodies(gpu, &world);
         (self.resident, self.graph, self.gbuffer, self.frames) = (resident, graph, gbuffer, 0);
+        self.still = still(&techniques);
         Ok(())
-    }
-
-    fn write_view(&self, buffer: &wgpu::Buffer) {
-        let mut bytes = encase::StorageBuffer::new([0u8; View::SHADER_SIZE.get() as usize]);
-        bytes.write(&self.view).expect("the array has the view's size");
-        self.graph.gpu().queue.write_buffer(buffer, 0, &bytes.into_inner());
     }
 
     /// Submits the passes that fill the film. Where a technique jitters its samples, the film holds the mean of the frames
     /// since the picture last changed.
     pub fn render(&mut self) {
+        let gpu = self.graph.gpu();
+        let transforms = transforms(&self.surfaces);
+        let moved = transforms != self.transforms;
+        if moved {
+            self.resident.moved(gpu, &self.surfaces, &self.transforms);
+            self.graph.moved(&self.resident, &self.surfaces);
+        }
         for tile in self.tiles() {
             self.render_tile(tile);
         }
-        self.write_view(&self.resident.previous);
+        gpu.write(&self.resident.previous, &self.view);
+        if moved {
+            self.resident.surfaces.moved_from(gpu, &self.surfaces, &transforms);
+            self.transforms = transforms;
+        }
         self.frames += 1;
     }
 
@@ -214,6 +263,16 @@ impl<'a> Frame<'a> {
         }
         times
     }
+}
+
+fn transforms(surfaces: &[Surface]) -> Vec<Mat4> {
+    surfaces.iter().map(|surface| surface.world_from_object).collect()
+}
+
+/// The technique, if any, whose light of surfaces is found as passes are recorded.
+fn still(techniques: &[Chosen]) -> Option<&'static str> {
+    let names = techniques.iter().map(|(technique, _)| (technique.role, technique.name));
+    names.filter(|(role, name)| *role == Role::Surfaces && *name != direct::TECHNIQUE.name).map(|(_, name)| name).next()
 }
 
 fn collect(queries: &[wgpu_profiler::GpuTimerQueryResult], times: &mut Vec<(String, f64)>) {

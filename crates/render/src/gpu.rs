@@ -273,6 +273,16 @@ impl Gpu {
         buffer
     }
 
+    /// Writes an encase value over what a buffer holds.
+    pub(crate) fn write<T>(&self, buffer: &wgpu::Buffer, value: &T)
+    where
+        T: encase::ShaderType + encase::internal::WriteInto,
+    {
+        let mut bytes = encase::StorageBuffer::new(Vec::new());
+        bytes.write(value).expect("a Vec grows as it must");
+        self.queue.write_buffer(buffer, 0, &bytes.into_inner());
+    }
+
     /// Makes a buffer of so many bytes that passes alone write and read.
     pub(crate) fn scratch(&self, label: &str, size: u64) -> wgpu::Buffer {
         self.empty(label, size, wgpu::BufferUsages::STORAGE)

@@ -21,6 +21,7 @@ pub use shader::{BindingKind, Reflected, Reflection, Shader};
 use std::marker::PhantomData;
 
 use encase::ShaderSize;
+use tyndall_scene::surface::Surface;
 
 use crate::resident::Resident;
 use crate::shadows::Shadows;
@@ -59,6 +60,18 @@ pub struct Graph<'a> {
     gpu: &'a Gpu,
     passes: Vec<Pass>,
     tile: wgpu::Buffer,
+    followers: Vec<Follower>,
+}
+
+/// Writes what a buffer holds anew when surfaces have moved.
+type Rewrite = dyn Fn(&Gpu, &Resident, &[Surface]) + Send + Sync;
+
+struct Follower(Box<Rewrite>);
+
+impl std::fmt::Debug for Follower {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Follower").finish_non_exhaustive()
+    }
 }
 
 #[derive(Debug)]
@@ -100,7 +113,7 @@ impl Work {
 impl<'a> Graph<'a> {
     /// An empty list.
     pub fn new(gpu: &'a Gpu) -> Self {
-        Self { gpu, passes: Vec::new(), tile: gpu.buffer("tile", &Tile::default()) }
+        Self { gpu, passes: Vec::new(), tile: gpu.buffer("tile", &Tile::default()), followers: Vec::new() }
     }
 
     /// The device that the passes run on.
@@ -111,6 +124,28 @@ impl<'a> Graph<'a> {
     /// The buffer that tells a pass over the film which part of it a dispatch covers.
     pub fn tile(&self) -> wgpu::Buffer {
         self.tile.clone()
+    }
+
+    /// A buffer of what passes need to know of where surfaces are: `value` says it anew when they have moved.
+    pub(crate) fn follow<T>(
+        &mut self,
+        buffer: &wgpu::Buffer,
+        value: impl Fn(&Resident, &[Surface]) -> T + Send + Sync + 'static,
+    ) where
+        T: encase::ShaderType + encase::internal::WriteInto,
+    {
+        let buffer = buffer.clone();
+        let write = move |gpu: &Gpu, resident: &Resident, surfaces: &[Surface]| {
+            gpu.write(&buffer, &value(resident, surfaces));
+        };
+        self.followers.push(Follower(Box::new(write)));
+    }
+
+    /// Tells the passes that surfaces have moved.
+    pub(crate) fn moved(&self, resident: &Resident, surfaces: &[Surface]) {
+        for Follower(write) in &self.followers {
+            write(self.gpu, resident, surfaces);
+        }
     }
 
     /// Begins to declare a compute pass.
@@ -267,7 +302,7 @@ impl<'g, 'a, Kind> Declaration<'g, 'a, Kind> {
             ("VALUED", f64::from(resident.has_valued_gradients())),
             ("FLAT", f64::from(resident.flat)),
             ("CUTOUTS", f64::from(resident.surfaces.cutouts)),
-            ("SECOND", f64::from(resident.surfaces.second)),
+            ("PICTURES", f64::from(resident.surfaces.pictures)),
         ];
         for (name, value) in constants.into_iter().chain(resident.transmittance.constants()) {
             if reflection.overrides.iter().any(|used| used == name) {

@@ -20,6 +20,7 @@ mod walk;
 use std::sync::Arc;
 
 use tyndall_scene::description::Camera;
+use tyndall_scene::surface::Surface;
 use tyndall_scene::{EnvironmentMap, World};
 
 pub use bodies::Bodies;
@@ -71,6 +72,8 @@ pub struct Resident {
     pub traits: Traits,
     /// The lowest and the highest corner of a box around all surfaces and media [m].
     pub bounds: Option<[glam::Vec3; 2]>,
+    /// Of one around all media.
+    media_bounds: Option<[glam::Vec3; 2]>,
     /// The surfaces.
     pub surfaces: Surfaces,
     /// Particles and strands.
@@ -138,7 +141,8 @@ impl Resident {
             }),
             traits: Traits::of(&volumes),
             transmittance: Transmittance::none(gpu).await?,
-            bounds: bounds(&surfaces, world),
+            bounds: union(surfaces.bounds, media_bounds(world)),
+            media_bounds: media_bounds(world),
             surfaces,
             bodies,
             lights,
@@ -169,7 +173,8 @@ impl Resident {
             phases: media.phases,
             expressions: Expressions::new(&volumes),
             traits: Traits::of(&volumes),
-            bounds: bounds(&self.surfaces, world),
+            bounds: union(self.surfaces.bounds, media_bounds(world)),
+            media_bounds: media_bounds(world),
             bodies: Bodies::new(gpu, &volumes, Some(&self.bodies)).await?,
             // Techniques make them anew, or no more.
             transmittance: Transmittance::none(gpu).await?,
@@ -177,6 +182,13 @@ impl Resident {
             ..self.clone()
         };
         resident.with_gradients(gpu).await
+    }
+
+    /// Takes the same surfaces with other transforms; before, in the last frame, they had these.
+    pub(crate) fn moved(&mut self, gpu: &Gpu, surfaces: &[Surface], before: &[glam::Mat4]) {
+        self.surfaces.moved(gpu, surfaces);
+        self.surfaces.moved_from(gpu, surfaces, before);
+        self.bounds = union(self.surfaces.bounds, self.media_bounds);
     }
 
     /// The same with gradients, if they are looked at now and have not been made before.
@@ -261,14 +273,18 @@ fn ordered(world: &World) -> Vec<tyndall_scene::Volume> {
     volumes
 }
 
-/// A box around all surfaces and media.
-fn bounds(surfaces: &Surfaces, world: &World) -> Option<[glam::Vec3; 2]> {
+/// A box around all media.
+fn media_bounds(world: &World) -> Option<[glam::Vec3; 2]> {
     let corners = world.volumes.iter().flat_map(|volume| {
         let unit = (0..8u32).map(|k| glam::uvec3(k & 1, k >> 1 & 1, k >> 2).as_vec3());
         unit.map(|corner| volume.world_from_unit.transform_point3(corner))
     });
-    let all = corners.map(|corner| [corner; 2]).chain(surfaces.bounds);
-    all.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+    corners.map(|corner| [corner; 2]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+}
+
+/// A box around two.
+fn union(a: Option<[glam::Vec3; 2]>, b: Option<[glam::Vec3; 2]>) -> Option<[glam::Vec3; 2]> {
+    a.into_iter().chain(b).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
 }
 
 fn rotation(map: Option<&EnvironmentMap>) -> f32 {

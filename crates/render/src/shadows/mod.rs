@@ -177,14 +177,16 @@ impl Shadows {
         if casts.is_empty() {
             return Ok(Self { maps, atlas, any: false });
         }
-        let fit = gpu.buffer("fit", &fit(resident, options));
+        let options = *options;
+        let fitted = gpu.buffer("fit", &fit(resident, &options));
+        graph.follow(&fitted, move |resident, _| fit(resident, &options));
         let casts = gpu.buffer("casts", &Casts { casts });
         graph
             .compute("fit shadows", &FIT)
             .read("view", view)
             .read("lights", lights)
             .read("casts", &casts)
-            .read("fit", &fit)
+            .read("fit", &fitted)
             .write("maps", &maps)
             .dispatch([count.div_ceil(64), 1, 1], 1)
             .await?;

@@ -7,13 +7,15 @@
 #[cfg(test)]
 pub mod test;
 
+use glam::Vec2;
 use wgpu::TextureFormat::{Depth32Float, R32Uint, Rg32Float, Rgba32Float, Rgba32Uint};
 use wgpu::TextureUsages;
 
-use crate::RenderError;
 use crate::graph::{Draw, Graph, Region, Shader, Target, shader};
 use crate::resident::Resident;
+use crate::{Gpu, RenderError};
 
+static ASIDE: Shader = shader!("surfaces/aside");
 static VISIBILITY: Shader = shader!("surfaces/visibility");
 static RESOLVE: Shader = shader!("surfaces/resolve");
 
@@ -31,37 +33,47 @@ pub struct GBuffer {
     pub facing: wgpu::Texture,
     /// `Rg32Float`: from where in the film it was in the frame before to where it is, x to the right, y down [pixel].
     pub motion: wgpu::Texture,
-    /// `Rg32Float`: the second set of texture coordinates; one texel where no map takes it.
-    pub second: wgpu::Texture,
+    /// `Rgba32Uint`: the bits of the second set of texture coordinates; how far the first set reaches over a pixel along u and v, and
+    /// how far the second, each two half floats. One texel where there are no pictures.
+    pub mapping: wgpu::Texture,
+    /// Used while it is filled.
+    depth: wgpu::Texture,
 }
 
 impl GBuffer {
+    /// One that is still to be filled.
+    ///
+    /// # Errors
+    /// A lack of memory.
+    pub async fn new(gpu: &Gpu, resident: &Resident) -> Result<Self, RenderError> {
+        let film = resident.film;
+        let mapping = if resident.surfaces.pictures { film } else { [1; 2] };
+        let written = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
+        Ok(Self {
+            place: gpu.texture_2d("place", film, Rgba32Float, written).await?,
+            facing: gpu.texture_2d("facing", film, Rgba32Uint, written).await?,
+            motion: gpu.texture_2d("motion", film, Rg32Float, written).await?,
+            mapping: gpu.texture_2d("mapping", mapping, Rgba32Uint, written).await?,
+            depth: gpu.texture_2d("depth", film, Depth32Float, TextureUsages::RENDER_ATTACHMENT).await?,
+        })
+    }
+
     /// Records the passes that fill it, as seen with the [`View`](crate::resident::View) in `view`, coming from that in
-    /// `previous`. A view's `forward` need not be perpendicular to the film: moved by a part of `right` and `up`, it looks
-    /// through another point of the pixels.
+    /// `previous` and from where surfaces were. A view's `forward` need not be perpendicular to the film: moved by a part of
+    /// `right` and `up`, it looks through another point of the pixels. A ray stands for a square of so many pixels a side.
     ///
     /// # Errors
     /// A lack of memory, and whatever the device refuses.
-    pub async fn record(
+    pub async fn fill(
+        &self,
         graph: &mut Graph<'_>,
         resident: &Resident,
         view: &wgpu::Buffer,
         previous: &wgpu::Buffer,
-    ) -> Result<Self, RenderError> {
-        let gpu = graph.gpu();
+        side: f32,
+    ) -> Result<(), RenderError> {
         let film = resident.film;
-        let drawn = TextureUsages::RENDER_ATTACHMENT;
-        let visibility = gpu.texture_2d("visibility", film, R32Uint, drawn).await?;
-        let depth = gpu.texture_2d("depth", film, Depth32Float, drawn).await?;
-        let written = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
-        let gbuffer = Self {
-            place: gpu.texture_2d("place", film, Rgba32Float, written).await?,
-            facing: gpu.texture_2d("facing", film, Rgba32Uint, written).await?,
-            motion: gpu.texture_2d("motion", film, Rg32Float, written).await?,
-            second: gpu
-                .texture_2d("second", if resident.surfaces.second { film } else { [1; 2] }, Rg32Float, written)
-                .await?,
-        };
+        let visibility = graph.gpu().texture_2d("visibility", film, R32Uint, TextureUsages::RENDER_ATTACHMENT).await?;
         let surfaces = &resident.surfaces;
         let extent = surfaces.bounds.map_or(1.0, |[low, high]| (high - low).length()).max(f32::MIN_POSITIVE / NEAREST);
         graph
@@ -74,24 +86,48 @@ impl GBuffer {
                 instances: 1,
                 batch: 1,
                 target: Some(Target { texture: &visibility, blend: None }),
-                depth: Some(&depth),
+                depth: Some(&self.depth),
                 regions: Some(&[Region { origin: glam::UVec2::ZERO, size: film.into() }]),
             })
             .await?;
         let tile = graph.tile();
         graph
             .compute("resolve", &RESOLVE)
+            .constant("SIDE", side)
+            .constant("AVERAGED", surfaces.pictures)
             .world(resident)
             .read("view", view)
             .read("tile", &tile)
             .read("previous", previous)
+            .read("motions", &surfaces.motions)
             .read("visibility", &visibility)
-            .write("surface_place", &gbuffer.place)
-            .write("surface_facing", &gbuffer.facing)
-            .write("surface_motion", &gbuffer.motion)
-            .write("surface_second", &gbuffer.second)
+            .write("surface_place", &self.place)
+            .write("surface_facing", &self.facing)
+            .write("surface_motion", &self.motion)
+            .write("surface_mapping", &self.mapping)
             .over_film(1)
-            .await?;
-        Ok(gbuffer)
+            .await
     }
+}
+
+/// Records a pass that writes what is seen through another point of the pixels, so far from their middle [pixel], as a
+/// [`View`](crate::resident::View).
+///
+/// # Errors
+/// Whatever the device refuses.
+pub(crate) async fn aside(
+    graph: &mut Graph<'_>,
+    view: &wgpu::Buffer,
+    offset: Vec2,
+) -> Result<wgpu::Buffer, RenderError> {
+    let gpu = graph.gpu();
+    let (moved, offset) = (gpu.scratch("moved view", view.size()), gpu.buffer("offset", &offset));
+    graph
+        .compute("aside", &ASIDE)
+        .read("view", view)
+        .read("offset", &offset)
+        .write("moved", &moved)
+        .dispatch([1; 3], 1)
+        .await?;
+    Ok(moved)
 }

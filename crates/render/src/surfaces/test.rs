@@ -23,7 +23,8 @@ fn gbuffer(gpu: &crate::Gpu, world: &World, view: &View, previous: &View) -> GBu
     let resident = pollster::block_on(Resident::new(gpu, world)).unwrap();
     let [view, previous] = [view, previous].map(|view| gpu.buffer("view", view));
     let mut graph = Graph::new(gpu);
-    let gbuffer = pollster::block_on(GBuffer::record(&mut graph, &resident, &view, &previous)).unwrap();
+    let gbuffer = pollster::block_on(GBuffer::new(gpu, &resident)).unwrap();
+    pollster::block_on(gbuffer.fill(&mut graph, &resident, &view, &previous, 1.0)).unwrap();
     let mut profiler = wgpu_profiler::GpuProfiler::new(&gpu.device, Default::default()).unwrap();
     let size = resident.film.into();
     graph.submit(Tile { size, ..Default::default() }, &mut profiler);

@@ -65,6 +65,7 @@ fn shared_structs_have_one_layout() {
     let surface = "test/probes/surface";
     assert_eq!(rust_layout::<surfaces::Vertex, _>(), shader_layout(surface, "Vertex"));
     assert_eq!(rust_layout::<surfaces::Material, _>(), shader_layout(surface, "Material"));
+    assert_eq!(rust_layout::<surfaces::Picture, _>(), shader_layout("resident/surfaces/mips", "Picture"));
     assert_eq!(rust_layout::<shadows::Cast, _>(), shader_layout("shadows/fit", "Cast"));
     assert_eq!(rust_layout::<shadows::Fit, _>(), shader_layout("shadows/fit", "Fit"));
     assert_eq!(rust_layout::<techniques::direct::Direct, _>(), shader_layout("techniques/direct/direct", "Direct"));

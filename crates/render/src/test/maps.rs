@@ -54,7 +54,7 @@ fn squares(technique: &str) -> World {
 }
 
 /// The reference through points of a grid of so many a side in every pixel.
-fn reference(world: &World, side: u32) -> Image {
+pub fn reference(world: &World, side: u32) -> Image {
     let tracer = Tracer::new(world).unwrap();
     let view = view_of(world);
     let mut rng = Random::new(1, 0, 0);
@@ -79,6 +79,107 @@ fn rasterised_pictures_lie_as_the_reference_has_them() {
     println!("{others} of {} pixels differ", found.pixels.len());
     assert!(others <= tolerance::EDGE_PIXELS, "{others} pixels");
     assert!(found.pixels.iter().filter(|pixel| pixel[0] > 0.0).count() > 4000);
+}
+
+/// A picture of so many texels a side of what is between black and white, sRGB.
+fn noise(side: u32) -> Texture {
+    let level = |i: u32| (i.wrapping_mul(2_654_435_761) >> 24) as u8;
+    let texels = (0..side * side).map(|i| [level(i), level(i + 7919), level(i + 104_729), 255]);
+    Texture { width: side, height: side, texels: texels.collect(), srgb: true }
+}
+
+/// A picture of half as many texels a side: means of 2 x 2.
+fn halved(texture: &Texture) -> Texture {
+    let side = texture.width / 2;
+    let map = Map { wrap: [Wrap::Clamp; 2], ..Map::new(texture.clone()) };
+    // Bilinear in the middle of four texels is their mean.
+    let middle = |i: u32| Vec2::new((i % side) as f32 + 0.5, (i / side) as f32 + 0.5) / side as f32;
+    Texture::of_light([side; 2], (0..side * side).map(|i| map.at([middle(i); 2]).truncate()))
+}
+
+/// Four squares face the camera, 32 pixels a side each, with a picture of 64 texels: what is seen is interpolated between
+/// the two levels of which a pixel has as many texels as the longer of its sides says, however pictures lie and go on.
+#[test]
+fn pictures_are_averaged_over_pixels() {
+    let Some(gpu) = gpu() else { return };
+    let square = |i: usize| {
+        let (x, y) = (2.0 * (i % 2) as f32 - 2.0, 2.0 * (i / 2) as f32 - 2.0);
+        format!(
+            "surfaces.s{i} = {{ shape.quad = {{ corner = [{x}, {y}, 0], edges = [[2, 0, 0], [0, 2, 0]] }}, radiance = 1, material = \"black\" }}\n"
+        )
+    };
+    let mut world = world(&format!(
+        "camera = {{ position = [0, 0, 2], target = [0, 0, 0], fov = 90 }}\nfilm.size = [64, 64]\n\
+         materials.black.lambert.reflectance = 0\n{}",
+        (0..4).map(square).collect::<String>()
+    ));
+    let mut levels = vec![Arc::new(noise(64))];
+    (0..6).for_each(|k| levels.push(Arc::new(halved(&levels[k]))));
+    let plain = Map { texture: levels[0].clone(), ..Map::new(Texture::default()) };
+    let maps = [
+        plain.clone(),
+        Map { wrap: [Wrap::Mirror; 2], ..plain.clone() },
+        Map {
+            wrap: [Wrap::Clamp, Wrap::Repeat],
+            transform: Affine2::from_scale(Vec2::new(3.0, -1.2)),
+            ..plain.clone()
+        },
+        Map { second: true, ..plain.clone() },
+    ];
+    // Texture coordinates by places on the square: the first set, and the second.
+    let texcoords = |i: usize, at: Vec2| [[1.5, 2.5, 1.0, 8.0][i] * at - 0.4, 1.3 * Vec2::new(at.y, 1.0 - at.x)];
+    for (i, (surface, map)) in world.surfaces.iter_mut().zip(&maps).enumerate() {
+        let mesh = Arc::make_mut(&mut surface.mesh);
+        let corner = mesh.positions[0];
+        let places: Vec<_> = mesh.positions.iter().map(|p| (*p - corner).truncate() / 2.0).collect();
+        [mesh.texcoords, mesh.second_texcoords] =
+            [0, 1].map(|set| places.iter().map(|&at| texcoords(i, at)[set]).collect());
+        Arc::make_mut(&mut surface.material).emission_map = Some(map.clone());
+    }
+    let found = picture(&gpu, &world);
+    for (number, pixel) in found.pixels.iter().enumerate() {
+        let (column, row) = (number % 64, number / 64);
+        let i = column / 32 + 2 * (1 - row / 32);
+        let at = |dx: f32, dy: f32| {
+            let (x, y) = ((column % 32) as f32 + 0.5 + dx, (row % 32) as f32 + 0.5 + dy);
+            texcoords(i, Vec2::new(x, 32.0 - y) / 32.0)
+        };
+        let (here, map) = (at(0.0, 0.0), &maps[i]);
+        let sides = [at(1.0, 0.0), at(0.0, 1.0)].map(|next| 64.0 * (map.place(next) - map.place(here)));
+        let level = sides[0].abs().max(sides[1].abs()).max_element().log2();
+        assert!(level > 1.0, "all are smaller than their pictures");
+        let of = |level: f32| Map { texture: levels[level as usize].clone(), ..map.clone() }.at(here);
+        let expected = of(level.floor()).lerp(of(level.floor() + 1.0), level.fract());
+        for c in 0..3 {
+            assert!((pixel[c] - expected[c]).abs() < tolerance::MIPS as f32, "{column} {row}: {pixel:?} {expected}");
+        }
+    }
+}
+
+/// A floor of small squares, up to the horizon: without mip maps it is what the reference sees through the middle of pixels.
+#[test]
+fn a_chequered_floor_is_nearer_to_the_reference_with_mips() {
+    let Some(gpu) = gpu() else { return };
+    let mut world = world(
+        "camera = { position = [0, 0.4, 0], target = [0.3, 0, -2], fov = 50 }\nfilm.size = [96, 64]\n\
+         lights.sun.directional = { direction = [-1, -2, -1], irradiance = 3 }\n\
+         surfaces.floor.shape.quad = { corner = [-20, 0, 1], edges = [[40, 0, 0], [0, 0, -40]] }",
+    );
+    let texels = (0..64 * 64).map(|i| [if (i / 8 + i / 512) % 2 == 0 { 20 } else { 235 }; 4]).collect();
+    let map = Map::new(Texture { width: 64, height: 64, texels, srgb: true });
+    Arc::make_mut(&mut world.surfaces[0].material).bsdf = Bsdf::Lambert { reflectance: Vec3::ONE, map: Some(map) };
+    Arc::make_mut(&mut world.surfaces[0].mesh).texcoords.iter_mut().for_each(|uv| *uv *= 60.0);
+    let whole = reference(&world, 12);
+    let [with, without] =
+        [picture(&gpu, &world), reference(&world, 1)].map(|image| linear_errors(&image, &whole).relative_rmse);
+    println!("relative RMSE {with:.4} with mip maps, {without:.4} without");
+    assert!(with < tolerance::CHEQUERED * without, "{with} {without}");
+    // Each of several rays stands for a part of the pixel.
+    let of = "camera = { position = [0, 0, 1], target = [0, 0, 0] }\ntechniques.direct.samples = 16";
+    world.scene.techniques = super::world(of).scene.techniques;
+    let several = linear_errors(&picture(&gpu, &world), &whole).relative_rmse;
+    println!("with 16 rays a pixel {several:.4}");
+    assert!(several < tolerance::CHEQUERED * with, "{several} {with}");
 }
 
 /// Rays go through many points of a pixel.

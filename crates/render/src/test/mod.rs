@@ -5,8 +5,9 @@ mod display;
 mod golden;
 mod layout;
 mod limits;
-mod maps;
+pub mod maps;
 mod media;
+mod moving;
 pub mod probe;
 pub mod tolerance;
 

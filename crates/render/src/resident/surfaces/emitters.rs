@@ -4,7 +4,8 @@ use glam::{DVec3, Mat3, UVec4, Vec3};
 use tyndall_scene::surface::Surface;
 
 use super::{Vertex, triangles};
-use crate::resident::Light;
+use crate::graph::Graph;
+use crate::resident::{Light, Lights};
 
 /// The weights of channels in luminance [Rec. 709].
 const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
@@ -12,17 +13,39 @@ const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 /// Surfaces that emit as about `count` lights, at least one each, in proportion to their power: a light stands for a part of its
 /// surface, of which all have the same area. Points are spread evenly [Keller97, Hammersley's].
 pub(crate) fn lights(surfaces: &[Surface], count: u32) -> Vec<Light> {
-    if count == 0 {
-        return Vec::new();
+    shared(surfaces, &shares(surfaces, count))
+}
+
+/// The buffer of lights, those of [`lights`] among them, which go with surfaces that move.
+pub(crate) fn buffer(graph: &mut Graph<'_>, lights: Vec<Light>, surfaces: &[Surface], count: u32) -> wgpu::Buffer {
+    let shares = shares(surfaces, count);
+    let lights = Lights { lights };
+    let buffer = graph.gpu().buffer("lights", &lights);
+    if lights.lights.iter().any(|light| light.local == Light::AREA) {
+        graph.follow(&buffer, move |_, surfaces| {
+            let mut moved = shared(surfaces, &shares).into_iter();
+            let place = |light: &Light| match light.local {
+                Light::AREA => moved.next().map_or(*light, |moved| Light { maps: light.maps, ..moved }),
+                _ => *light,
+            };
+            Lights { lights: lights.lights.iter().map(place).collect() }
+        });
     }
-    let emitters: Vec<_> = surfaces.iter().filter(|surface| surface.material.emission != Vec3::ZERO).collect();
-    let meshes: Vec<_> = emitters.iter().map(|&surface| Emitter::new(surface)).collect();
-    let total: f64 = meshes.iter().map(Emitter::power).sum();
-    let points = |emitter: &Emitter| {
-        let share = emitter.power() / total.max(f64::MIN_POSITIVE);
-        emitter.lights((f64::from(count) * share).round().max(1.0) as u32)
-    };
-    meshes.iter().filter(|emitter| emitter.area > 0.0).flat_map(points).collect()
+    buffer
+}
+
+/// As how many lights each surface shines.
+fn shares(surfaces: &[Surface], count: u32) -> Vec<u32> {
+    let powers: Vec<_> = surfaces.iter().map(|surface| Emitter::of(surface).map_or(0.0, |e| e.power())).collect();
+    let total = powers.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    let share = |&power: &f64| (f64::from(count) * power / total).round().max(1.0) as u32;
+    powers.iter().map(|power| if *power > 0.0 && count > 0 { share(power) } else { 0 }).collect()
+}
+
+/// Surfaces as so many lights each.
+fn shared(surfaces: &[Surface], shares: &[u32]) -> Vec<Light> {
+    let emitters = surfaces.iter().zip(shares).filter(|(_, share)| **share > 0);
+    emitters.filter_map(|(surface, share)| Some(Emitter::of(surface)?.lights(*share))).flatten().collect()
 }
 
 struct Emitter<'s> {
@@ -35,7 +58,11 @@ struct Emitter<'s> {
 }
 
 impl<'s> Emitter<'s> {
-    fn new(surface: &'s Surface) -> Self {
+    /// A surface, if it emits.
+    fn of(surface: &'s Surface) -> Option<Self> {
+        if surface.material.emission == Vec3::ZERO {
+            return None;
+        }
         let (vertices, triangles) = triangles(std::slice::from_ref(surface));
         let mut area = 0.0;
         let area_of = |t: &UVec4| {
@@ -47,7 +74,7 @@ impl<'s> Emitter<'s> {
             area
         });
         let areas = areas.collect();
-        Self { surface, vertices, triangles, areas, area }
+        Some(Self { surface, vertices, triangles, areas, area })
     }
 
     /// Without the map of emission [W, but for constants].

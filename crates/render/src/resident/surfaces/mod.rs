@@ -5,11 +5,14 @@ mod maps;
 #[cfg(test)]
 mod test;
 
-use glam::{Mat3, UVec4, Vec2, Vec3, Vec4};
+use glam::{Mat3, Mat4, UVec4, Vec2, Vec3, Vec4};
+use tyndall_scene::FieldError;
 use tyndall_scene::surface::{Bsdf, Map, Surface, Texcoords};
 
 use crate::{Gpu, RenderError};
 use maps::Maps;
+#[cfg(test)]
+pub(crate) use maps::Picture;
 pub use maps::Placed;
 
 /// A vertex as shaders see it.
@@ -70,11 +73,10 @@ pub struct Material {
 }
 
 impl Material {
-    /// Whether any of its maps takes the second set of texture coordinates.
-    fn takes_second(&self) -> bool {
-        [self.base_map, self.emission_map, self.metallic_roughness_map, self.normal_map]
-            .iter()
-            .any(Placed::takes_second)
+    /// The maps that it has.
+    fn maps(&mut self) -> impl Iterator<Item = &mut Placed> {
+        let maps = [&mut self.base_map, &mut self.emission_map, &mut self.metallic_roughness_map, &mut self.normal_map];
+        maps.into_iter().filter(|map| map.size != 0)
     }
 }
 
@@ -87,7 +89,9 @@ pub struct Surfaces {
     pub triangles: wgpu::Buffer,
     /// A [`Material`] a surface.
     pub materials: wgpu::Buffer,
-    /// All maps, one after the other, row by row.
+    /// A matrix a surface, from where it is to where it was in the frame before.
+    pub motions: wgpu::Buffer,
+    /// All maps, one after the other, row by row; then their mip levels from the second on.
     pub texels: wgpu::Texture,
     /// How many triangles there are.
     pub count: u32,
@@ -95,8 +99,8 @@ pub struct Surfaces {
     pub bounds: Option<[Vec3; 2]>,
     /// Whether alpha cuts any of them.
     pub cutouts: bool,
-    /// Whether any map takes the second set of texture coordinates.
-    pub second: bool,
+    /// Whether there are pictures on any of them.
+    pub pictures: bool,
 }
 
 /// The buffer `vertices`.
@@ -111,6 +115,13 @@ struct Vertices {
 struct Triangles {
     #[shader(size(runtime))]
     list: Vec<UVec4>,
+}
+
+/// The buffer `motions`.
+#[derive(encase::ShaderType)]
+struct Motions {
+    #[shader(size(runtime))]
+    list: Vec<Mat4>,
 }
 
 /// The buffer `materials`.
@@ -145,7 +156,8 @@ impl Surfaces {
         let count = triangles.len() as u32;
         let bounds = vertices.iter().map(|v| [v.position; 2]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
         let cutouts = materials.iter().any(|material| material.cutoff > 0.0);
-        let second = materials.iter().any(Material::takes_second);
+        materials.iter_mut().flat_map(Material::maps).for_each(|map| map.coarser += maps.coarser());
+        let pictures = materials.iter_mut().any(|material| material.maps().next().is_some());
         let texels = maps.texture(gpu).await?;
         let (mut vertices, mut triangles) = (vertices, triangles);
         vertices.resize(vertices.len().max(1), Vertex::default());
@@ -154,12 +166,13 @@ impl Surfaces {
         Ok(Self {
             vertices: gpu.buffer("vertices", &Vertices { list: vertices }),
             triangles: gpu.buffer("triangles", &Triangles { list: triangles }),
+            motions: gpu.buffer("motions", &Motions { list: vec![Mat4::IDENTITY; materials.len()] }),
             materials: gpu.buffer("materials", &Materials { list: materials }),
             texels,
             count,
             bounds,
             cutouts,
-            second,
+            pictures,
         })
     }
 }
@@ -169,10 +182,41 @@ impl Surfaces {
     pub(crate) fn moved(&mut self, gpu: &Gpu, surfaces: &[Surface]) {
         let (list, _) = triangles(surfaces);
         self.bounds = list.iter().map(|v| [v.position; 2]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
-        let mut bytes = encase::StorageBuffer::new(Vec::new());
-        bytes.write(&Vertices { list }).expect("a Vec grows as it must");
-        gpu.queue.write_buffer(&self.vertices, 0, &bytes.into_inner());
+        gpu.write(&self.vertices, &Vertices { list });
     }
+
+    /// Says how surfaces have moved since the frame before, in which they had these transforms.
+    pub(crate) fn moved_from(&self, gpu: &Gpu, surfaces: &[Surface], before: &[Mat4]) {
+        let motion = |(surface, before): (&Surface, &Mat4)| match surface.world_from_object {
+            same if same == *before => Mat4::IDENTITY,
+            now => (before.as_dmat4() * now.as_dmat4().inverse()).as_mat4(),
+        };
+        gpu.write(&self.motions, &Motions { list: surfaces.iter().zip(before).map(motion).collect() });
+    }
+}
+
+/// Moves the surface of a name.
+///
+/// # Errors
+/// A name that there is not, and a transform that has no inverse; nothing is moved then.
+pub(crate) fn set_transform(surfaces: &mut [Surface], name: &str, world_from_object: Mat4) -> Result<(), FieldError> {
+    if !world_from_object.is_finite() || !world_from_object.as_dmat4().inverse().as_mat4().is_finite() {
+        return Err(FieldError {
+            path: format!("surfaces.{name}"),
+            found: format!("the transform {world_from_object}"),
+            accepted: "one that has an inverse".into(),
+        });
+    }
+    let names = surfaces.iter().map(|surface| surface.name.as_str()).collect::<Vec<_>>().join(", ");
+    let named = surfaces.iter_mut().filter(|surface| surface.name == name);
+    if named.map(|surface| surface.world_from_object = world_from_object).count() == 0 {
+        return Err(FieldError {
+            path: "surfaces".into(),
+            found: format!("{name:?}"),
+            accepted: format!("one of {names}"),
+        });
+    }
+    Ok(())
 }
 
 /// Every surface's vertices and triangles in the world.
@@ -208,24 +252,25 @@ pub(crate) fn triangles(surfaces: &[Surface]) -> (Vec<Vertex>, Vec<UVec4>) {
 /// A surface's material, its maps among `maps`.
 fn material(surface: &Surface, maps: &mut Maps) -> Material {
     let material = &surface.material;
-    let mut place = |map: &Option<Map>| map.as_ref().map_or(Placed::default(), |map| maps.place(map));
+    let cut = material.alpha_cutoff.is_some_and(|cutoff| cutoff > 0.0);
+    let mut place = |map: &Option<Map>, cut: bool| map.as_ref().map_or(Placed::default(), |map| maps.place(map, cut));
     let mut encoded = Material {
         emission: material.emission,
         double_sided: u32::from(material.double_sided),
         cutoff: material.alpha_cutoff.unwrap_or(0.0),
-        emission_map: place(&material.emission_map),
-        normal_map: place(&material.normal_map.as_ref().map(|normal| normal.map.clone())),
+        emission_map: place(&material.emission_map, false),
+        normal_map: place(&material.normal_map.as_ref().map(|normal| normal.map.clone()), false),
         normal_scale: material.normal_map.as_ref().map_or(1.0, |normal| normal.scale),
         ..Material::default()
     };
     match &material.bsdf {
         Bsdf::Lambert { reflectance, map } => {
-            (encoded.base, encoded.base_map) = (*reflectance, place(map));
+            (encoded.base, encoded.base_map) = (*reflectance, place(map, cut));
         }
         Bsdf::MetallicRoughness { base_color, base_color_map, metallic, roughness, metallic_roughness_map } => {
-            (encoded.kind, encoded.base, encoded.base_map) = (1, *base_color, place(base_color_map));
+            (encoded.kind, encoded.base, encoded.base_map) = (1, *base_color, place(base_color_map, cut));
             (encoded.metallic, encoded.roughness) = (*metallic, *roughness);
-            encoded.metallic_roughness_map = place(metallic_roughness_map);
+            encoded.metallic_roughness_map = place(metallic_roughness_map, false);
         }
         Bsdf::Mirror { reflectance } => (encoded.kind, encoded.base) = (2, *reflectance),
         Bsdf::Dielectric { ior } => (encoded.kind, encoded.ior) = (3, *ior),

@@ -120,6 +120,85 @@ fn maps_and_normals_equal_the_hosts() {
     }
 }
 
+/// Linear light of an 8-bit sRGB channel, and of others.
+fn decoded(texel: [u8; 4], srgb: bool) -> [f64; 4] {
+    let linear = |x: f64| if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) };
+    let [r, g, b, a] = texel.map(|byte| f64::from(byte) / 255.0);
+    if srgb { [linear(r), linear(g), linear(b), a] } else { [r, g, b, a] }
+}
+
+/// The mean over part of a picture, as 8 bits before rounding; if alpha cuts, colours count by it.
+fn mean(texels: &[[u8; 4]], [width, height]: [u32; 2], [x, y]: [[f64; 2]; 2], srgb: bool, cut: bool) -> [f64; 4] {
+    let overlap = |[from, to]: [f64; 2], i: u32| (to.min(f64::from(i) + 1.0) - from.max(f64::from(i))).max(0.0);
+    let (mut sum, mut weight, mut visible) = ([0.0; 4], 0.0, [0.0; 3]);
+    for (i, texel) in texels.iter().enumerate().take((width * height) as usize) {
+        let here = overlap(x, i as u32 % width) * overlap(y, i as u32 / width);
+        let value = decoded(*texel, srgb);
+        weight += here;
+        (0..4).for_each(|c| sum[c] += here * value[c]);
+        (0..3).for_each(|c| visible[c] += here * value[3] * value[c]);
+    }
+    let encoded = |x: f64| if x <= 0.0031308 { x * 12.92 } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
+    [0, 1, 2, 3].map(|c| {
+        let by_alpha = cut && sum[3] > 0.0 && c < 3;
+        let value = if by_alpha { visible[c] / sum[3] } else { sum[c] / weight };
+        255.0 * if srgb && c < 3 { encoded(value) } else { value }
+    })
+}
+
+/// Each texel of a mip level is the mean over its part of the level before, sides even or not, and the last of the whole picture.
+#[test]
+fn mips_are_means() {
+    let Some(gpu) = gpu() else { return };
+    let maps =
+        [(37, 300, true), (5, 3, false), (64, 1, true), (1, 1, true), (16, 16, true)].map(|(w, h, s)| texture(w, h, s));
+    for cut in [false, true] {
+        let surface = |map: &Map| Surface {
+            name: "a".into(),
+            mesh: surfaces()[0].mesh.clone(),
+            world_from_object: Mat4::IDENTITY,
+            material: Arc::new(Material {
+                bsdf: Bsdf::Lambert { reflectance: Vec3::ONE, map: Some(map.clone()) },
+                alpha_cutoff: cut.then_some(0.5),
+                ..Material::default()
+            }),
+        };
+        let list: Vec<_> = maps.iter().map(surface).collect();
+        let resident = pollster::block_on(Surfaces::new(&gpu, &list)).unwrap();
+        let all: Vec<[u8; 4]> = pollster::block_on(crate::renderer::read_texels(&gpu, &resident.texels)).unwrap();
+        // Where each picture's second level begins: in the first row that no picture is in.
+        let mut begin = maps.iter().map(|map| map.texture.texels.len()).sum::<usize>().next_multiple_of(8192);
+        for Texture { width, height, texels, srgb } in maps.iter().map(|map| &*map.texture) {
+            let (mut finer, mut size) = (texels.clone(), [*width, *height]);
+            let mut levels = 0f64;
+            while size != [1, 1] {
+                let next = size.map(|side| (side / 2).max(1));
+                let made = &all[begin..][..(next[0] * next[1]) as usize];
+                for (i, texel) in made.iter().enumerate() {
+                    let at = [i as u32 % next[0], i as u32 / next[0]];
+                    let part = [0, 1].map(|k| [0, 1].map(|e| f64::from((at[k] + e) * size[k]) / f64::from(next[k])));
+                    let expected = mean(&finer, size, part, *srgb, cut);
+                    for c in 0..4 {
+                        let off = (f64::from(texel[c]) - expected[c]).abs();
+                        assert!(off < tolerance::ROUNDED_TEXEL, "{size:?} {at:?} {texel:?} {expected:?}");
+                    }
+                }
+                begin += made.len();
+                (finer, size, levels) = (made.to_vec(), next, levels + 1.0);
+            }
+            if !cut {
+                let whole = [*width, *height].map(|side| [0.0, f64::from(side)]);
+                let expected = mean(texels, [*width, *height], whole, *srgb, false);
+                for c in 0..4 {
+                    let off = (f64::from(finer[0][c]) - expected[c]).abs();
+                    assert!(off < tolerance::ROUNDED_TEXEL * levels.max(1.0), "{:?} {expected:?}", finer[0]);
+                }
+            }
+        }
+        assert!(begin > 8192 + 37 * 300 / 3, "levels were there");
+    }
+}
+
 /// Of a mirrored surface the front stays the front, its triangles counter-clockwise from there.
 #[test]
 fn fronts_stay_fronts() {

@@ -8,20 +8,24 @@
 //! equal area, each as a disc on its axis would, L·cosθ·A/(r² + A/π), which bounds it near the surface; the environment shines as
 //! `environment_directions` parallel lights, by median cut [Debevec05] where it is a map.
 //!
+//! Of several rays a pixel each is seen, lit and added up by itself, under the same shadow maps.
+//!
 //! Not in the model: light that has been reflected before, and so all that a mirror or a dielectric shows, which stay black.
 
 #[cfg(test)]
 mod test;
 
+use glam::Vec2;
 use tyndall_scene::parameter::{Kind, Parameter, Settings};
 use tyndall_scene::surface::Bsdf;
 use tyndall_scene::{FieldError, World};
 
-use super::{AREA_POINTS, ENVIRONMENT_DIRECTIONS, Recording, Role, Technique};
+use super::{AREA_POINTS, ENVIRONMENT_DIRECTIONS, Recording, Role, SAMPLES, Technique};
 use crate::graph::{Shader, shader};
 use crate::resident::surfaces::emitters;
-use crate::resident::{Light, Lights, Resident, Stride, environment};
+use crate::resident::{Light, Resident, Stride, environment};
 use crate::shadows::{self, Options, Shadows};
+use crate::surfaces::{self, GBuffer};
 use crate::{Gpu, RenderError};
 
 /// The declaration of direct light.
@@ -30,6 +34,7 @@ pub const TECHNIQUE: Technique = Technique {
     summary: "Direct light on surfaces, with shadow maps",
     role: Role::Surfaces,
     parameters: &[
+        SAMPLES,
         shadows::RESOLUTION,
         shadows::CASCADES,
         shadows::RADIUS,
@@ -55,6 +60,8 @@ pub(crate) struct Direct {
     rounds: u32,
     lights_per_round: u32,
     radius: f32,
+    sample: u32,
+    samples: u32,
 }
 
 async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
@@ -87,32 +94,54 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
     let count = lights.len() as u32;
     let lights_per_round = lights_per_round(gpu, resident, &stride, &options)?.min(count.max(1));
     let rounds = count.div_ceil(lights_per_round).max(1);
-    let direct = Direct { stride, lights: count, rounds, lights_per_round, radius: options.radius };
-    let direct = gpu.buffer("direct", &direct);
     // A buffer is never empty.
     lights.extend(lights.is_empty().then(|| Light::directional(glam::Vec3::X, glam::Vec3::ZERO)));
-    let lights = gpu.buffer("lights", &Lights { lights });
+    let lights = emitters::buffer(graph, lights, &world.surfaces, settings.number("area_points") as u32);
     let shadows = Shadows::record(graph, resident, &resident.view, &lights, casts, &options).await?;
     let side = u64::from(gpu.tile_side());
-    let sums = gpu.scratch("sums", if rounds > 1 { side * side * 16 } else { 16 });
-    let tile = graph.tile();
-    graph
-        .compute("direct", &DIRECT)
-        .constant("ROUNDS", rounds > 1)
-        .constant("MARCHED", count > resident.transmittance.mapped)
-        .world(resident)
-        .shadows(&shadows)
-        .read("view", &resident.view)
-        .read("tile", &tile)
-        .read("direct", &direct)
-        .read("lights", &lights)
-        .read("surface_place", &gbuffer.place)
-        .read("surface_facing", &gbuffer.facing)
-        .read("surface_second", &gbuffer.second)
-        .write("sums", &sums)
-        .write("film", film)
-        .over_film(rounds)
-        .await
+    let samples = settings.number("samples") as u32;
+    let kept = rounds > 1 || samples > 1;
+    let sums = gpu.scratch("sums", if kept { side * side * 16 } else { 16 });
+    // Rays through other points than the middle of pixels fill a G-buffer of their own, one after the other.
+    let other = if samples > 1 { Some(GBuffer::new(gpu, resident).await?) } else { None };
+    for sample in 0..samples {
+        let (mut view, mut seen) = (resident.view.clone(), gbuffer);
+        if let Some(other) = &other {
+            view = surfaces::aside(graph, &resident.view, offset(sample, samples)).await?;
+            other.fill(graph, resident, &view, &resident.previous, (samples as f32).sqrt().recip()).await?;
+            seen = other;
+        }
+        let radius = options.radius;
+        let direct = Direct { stride, lights: count, rounds, lights_per_round, radius, sample, samples };
+        let direct = gpu.buffer("direct", &direct);
+        let tile = graph.tile();
+        graph
+            .compute("direct", &DIRECT)
+            .constant("KEPT", kept)
+            .constant("AVERAGED", resident.surfaces.pictures)
+            .constant("MARCHED", count > resident.transmittance.mapped)
+            .world(resident)
+            .shadows(&shadows)
+            .read("view", &view)
+            .read("tile", &tile)
+            .read("direct", &direct)
+            .read("lights", &lights)
+            .read("middle_place", &gbuffer.place)
+            .read("surface_place", &seen.place)
+            .read("surface_facing", &seen.facing)
+            .read("surface_mapping", &seen.mapping)
+            .write("sums", &sums)
+            .write("film", film)
+            .over_film(rounds)
+            .await?;
+    }
+    Ok(())
+}
+
+/// The point of a sample in the pixel, from its middle: Hammersley's, but by the golden ratio, as `march` has them.
+fn offset(sample: u32, samples: u32) -> Vec2 {
+    let down = 0.5 + f64::from(sample) * 0.618_033_988_7;
+    Vec2::new((sample as f32 + 0.5) / samples as f32, down.fract() as f32) - 0.5
 }
 
 /// Whether a surface reflects light of lights at points.

@@ -10,7 +10,7 @@ use tyndall_scene::{EnvironmentMap, World};
 
 use crate::resident::surfaces::triangles;
 use crate::surfaces::test::{cast, through, view_of};
-use crate::test::{gpu, picture, render, tolerance, world};
+use crate::test::{gpu, maps, picture, render, tolerance, world};
 
 const SCENE: &str = "camera = { position = [1.6, 1.5, 3.4], target = [0, 0.5, 0], fov = 40 }\nfilm.size = [48, 36]\n\
     surfaces.floor = { shape.quad = { corner = [-2, 0, 2], edges = [[4, 0, 0], [0, 0, -4]] } }\n\
@@ -157,6 +157,64 @@ fn skies_agree_with_many_directions() {
         };
         assert!(error <= budget, "{directions} directions: {error}");
     }
+}
+
+/// A square that glows, slantwise before a blue sky.
+const GLOWING: &str = "camera = { position = [0, 0, 4], target = [0, 0, 0], fov = 40 }\nfilm.size = [140, 36]\n\
+    lights.sky.constant.radiance = [0, 0, 1]\nmaterials.black.lambert.reflectance = 0\n\
+    surfaces.square = { shape.quad = { corner = [-0.9, -0.5, 0], edges = [[1.6, 0.5, 0], [-0.5, 1.3, 0]] }, \
+    radiance = [1, 1, 0], material = \"black\" }\n";
+
+/// Edges against the sky are as the reference has them, whose rays are a grid of 16 x 16 a pixel.
+#[test]
+fn edges_are_averaged_over_pixels() {
+    let Some(gpu) = gpu() else { return };
+    let of = |samples: u32| world(&format!("techniques.direct.samples = {samples}\n{GLOWING}"));
+    let expected = maps::reference(&of(1), 16);
+    let largest = |samples: u32| {
+        let pairs = picture(&gpu, &of(samples)).pixels.into_iter().zip(&expected.pixels);
+        let errors = pairs.flat_map(|(a, b)| [0, 1, 2].map(|c| (a[c] - b[c]).abs()));
+        errors.fold(0f32, f32::max)
+    };
+    let [one, several, many] = [1, 16, 64].map(largest);
+    println!("the largest error of 1, 16, 64 rays a pixel: {one:.3}, {several:.3}, {many:.3}");
+    assert!(one > 0.4, "{one}");
+    assert!(several < tolerance::EDGES as f32 && many < 0.5 * tolerance::EDGES as f32, "{several} {many}");
+}
+
+/// As are those of a lit scene, in the picture as a whole.
+#[test]
+fn edges_of_a_scene_agree_with_the_reference() {
+    let Some(gpu) = gpu() else { return };
+    let sun = "lights.sun.directional = { direction = [-2, -1.5, -1], irradiance = [3, 2, 1] }";
+    let of = |samples: u32| world(&format!("{SCENE}techniques.direct.samples = {samples}\n{sun}"));
+    let expected = maps::reference(&of(1), 8);
+    let [one, several] = [1, 16].map(|samples| linear_errors(&picture(&gpu, &of(samples)), &expected).relative_rmse);
+    println!("relative RMSE of 1 and 16 rays a pixel: {one:.4}, {several:.4}");
+    assert!(several < tolerance::DIRECT && several < 0.2 * one, "{one} {several}");
+}
+
+/// A slab that absorbs, before the square: of every pixel, on edges too, as much comes through as along its ray.
+#[test]
+fn media_lie_before_edges() {
+    let Some(gpu) = gpu() else { return };
+    let slab = "[media.slab]\ndensity.homogeneous = { min = [-9, -9, 1], max = [9, 9, 1.5] }\noptics.coefficients.sigma_a = 2\n";
+    let of = |media: &str| {
+        world(&format!("techniques = {{ direct.samples = 16, march.model = \"absorption\" }}\n{GLOWING}{media}"))
+    };
+    let view = view_of(&of(""));
+    let (clear, behind) = (picture(&gpu, &of("")), picture(&gpu, &of(slab)));
+    let mut edges = 0;
+    for (i, (clear, behind)) in clear.pixels.iter().zip(&behind.pixels).enumerate() {
+        let film = Vec2::new((i as u32 % view.width) as f32, (i as u32 / view.width) as f32) + 0.5;
+        let transmittance = (-1.0 / -through(&view, film).z).exp() as f32;
+        edges += u32::from(clear[0] > 0.0 && clear[2] > 0.0);
+        for c in 0..3 {
+            let expected = transmittance * clear[c];
+            assert!((behind[c] - expected).abs() <= tolerance::EXACT as f32, "{film}: {behind:?} {clear:?}");
+        }
+    }
+    assert!(edges > 60, "{edges}");
 }
 
 #[test]

@@ -31,7 +31,7 @@ use super::{
 };
 use crate::graph::{Shader, shader, squares};
 use crate::resident::surfaces::emitters;
-use crate::resident::{Lights, Resident, Stride, environment};
+use crate::resident::{Resident, Stride, environment};
 use crate::shadows::{self, Options, Shadows};
 use crate::{Gpu, RenderError};
 
@@ -278,7 +278,7 @@ pub(crate) async fn record_up_to(
     let values = gpu.scratch("values", if mean || scale > 1 { width * height * 16 } else { 16 });
     let noise = blue_noise::texture(gpu, jitter).await?;
     let parameters = gpu.buffer("march", &march);
-    let lights = gpu.buffer("lights", &Lights { lights });
+    let lights = emitters::buffer(graph, lights, &world.surfaces, settings.number("area_points") as u32);
     let shadows = Shadows::record(graph, resident, &resident.view, &lights, casts, &options).await?;
     let tile = graph.tile();
     // A lattice, and then what is half-way between its pixels, until that is every pixel.

@@ -31,7 +31,7 @@ use tyndall_scene::{Field, FieldError, World};
 use super::{AREA_POINTS, ENVIRONMENT_DIRECTIONS, MODEL, Recording, Role, Technique};
 use crate::graph::{Declaration, Draw, Raster, Shader, Target, shader};
 use crate::resident::surfaces::emitters;
-use crate::resident::{Light, Lights, Resident, environment};
+use crate::resident::{Light, Resident, environment};
 use crate::shadows::{self, Options, Shadows};
 use crate::sorting::Order;
 use crate::{Gpu, RenderError, layers};
@@ -114,7 +114,7 @@ async fn record(recording: Recording<'_, '_>) -> Result<(), RenderError> {
     within_iterations(gpu, resident, if scattering { lit_by } else { 0 })?;
     // A buffer is never empty.
     lights.extend(lights.is_empty().then(|| Light::directional(glam::Vec3::X, glam::Vec3::ZERO)));
-    let lights = gpu.buffer("lights", &Lights { lights });
+    let lights = emitters::buffer(graph, lights, &world.surfaces, settings.number("area_points") as u32);
     let shadows = Shadows::record(graph, resident, &resident.view, &lights, casts, &options).await?;
     let shared = Shared { resident, lit: gpu.scratch("lit", lit_bytes(resident)), behind };
     let order = Order::new(gpu, count);
