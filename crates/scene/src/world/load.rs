@@ -78,8 +78,7 @@ fn inverse(medium: &str, world_from_unit: Mat4) -> Result<Mat4, LoadError> {
 
 /// Refuses a surface so far away that single precision has no depths for it.
 fn within_reach(surface: &Surface) -> Result<(), FieldError> {
-    // No comparison holds of what is no number.
-    let out = |corner: &Vec3| !(corner.abs().max_element() <= FARTHEST);
+    let out = |corner: &Vec3| !(corner.is_finite() && corner.abs().max_element() <= FARTHEST);
     match surface.bounds().into_iter().flatten().find(out) {
         None => Ok(()),
         Some(corner) => Err(FieldError {
