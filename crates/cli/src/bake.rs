@@ -44,9 +44,9 @@ impl Arguments {
     /// Bakes and writes.
     pub fn run(&self) -> Result<(), Failure> {
         check_output(&self.output, &["glb"])?;
-        let interrupt = Interrupt::watch();
         let started = Instant::now();
         let mut world = self.input.load()?;
+        let interrupt = Interrupt::watch();
         if let Some(paths) = self.paths {
             let set = world.scene.set("techniques.instant_radiosity.paths", &paths.to_string());
             set.map_err(|error| Failure::Input(anyhow!("--paths {paths}: {error}")))?;

@@ -26,11 +26,11 @@ impl Failure {
     pub fn report(&self) -> ExitCode {
         match self {
             Failure::Input(error) => {
-                say::note(&format!("error: {error:#}"));
+                say::note(&format!("error: {}", said(error)));
                 ExitCode::from(2)
             }
             Failure::Failed(error) => {
-                say::note(&format!("error: {error:#}"));
+                say::note(&format!("error: {}", said(error)));
                 ExitCode::FAILURE
             }
             Failure::Interrupted => {
@@ -39,6 +39,15 @@ impl Failure {
             }
         }
     }
+}
+
+/// An error and its causes, but for those that it has in its own words.
+fn said(error: &anyhow::Error) -> String {
+    error
+        .chain()
+        .map(ToString::to_string)
+        .reduce(|said, cause| if said.ends_with(&cause) { said } else { said + ": " + &cause })
+        .unwrap_or_default()
 }
 
 impl From<SceneError> for Failure {

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
-    /// Watches Ctrl-C from now on.
+    /// Watches Ctrl-C from now on: before there is something to keep it ends the program at once.
     pub fn watch() -> Self {
         let flag = Arc::new(AtomicBool::new(false));
         let set = flag.clone();

@@ -61,8 +61,8 @@ impl Arguments {
     /// Traces and writes the picture.
     pub fn run(&self) -> Result<(), Failure> {
         check_output(&self.output, &["exr"])?;
-        let interrupt = Interrupt::watch();
         let world = self.input.load()?;
+        let interrupt = Interrupt::watch();
         let mut image = self.previous(&world)?;
         let samples = self.samples.or(if self.error.is_none() { Some(64) } else { None });
         let options =
@@ -95,10 +95,10 @@ impl Arguments {
         bar.finish_and_clear();
         if let Some(last) = last {
             say::note(&format!(
-                "{}: {} samples a pixel, relative standard error {:.3} %",
+                "{}: {} samples a pixel, relative standard error {}",
                 self.output.display(),
                 last.samples,
-                last.relative_error * 100.0
+                percent(last.relative_error)
             ));
         }
         if interrupt.pressed() { Err(Failure::Interrupted) } else { Ok(()) }
@@ -146,11 +146,16 @@ fn show(bar: &indicatif::ProgressBar, now: &Progress) {
     }
     let left = now.eta.map_or("?".into(), |left| format!("{:.0} s", left.as_secs_f64()));
     bar.set_message(format!(
-        "{} samples, error {:.3} %, {:.0} paths/s, {left} left",
+        "{} samples, error {}, {:.0} paths/s, {left} left",
         now.samples,
-        now.relative_error * 100.0,
+        percent(now.relative_error),
         now.paths_per_second
     ));
+}
+
+/// A relative error, of which one sample says nothing.
+fn percent(error: f64) -> String {
+    if error.is_finite() { format!("{:.3} %", error * 100.0) } else { "unknown".into() }
 }
 
 fn error(text: &str) -> Result<f64, String> {

@@ -45,9 +45,9 @@ impl Arguments {
     /// Renders and writes the picture.
     pub fn run(&self) -> Result<(), Failure> {
         check_output(&self.output, if self.depth { &["exr"] } else { &["exr", "png"] })?;
-        let interrupt = Interrupt::watch();
         let started = Instant::now();
         let world = self.input.load()?;
+        let interrupt = Interrupt::watch();
         let loaded = started.elapsed();
         let timings = self.rendering.render(&world, &self.output, self.depth, &interrupt)?;
         if self.timings {

@@ -4,7 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use tyndall_scene::Field;
 use tyndall_scene::description::Optics;
-use tyndall_scene::volume::{Grid, Mesh};
+use tyndall_scene::volume::{BRICK_CELLS, Grid, Mesh};
 
 use crate::medium::strength;
 
@@ -113,7 +113,7 @@ impl Bounds {
 }
 
 /// The lowest and highest value that trilinear interpolation takes within a cell: the extremes of the voxels whose
-/// centres surround it.
+/// centres surround it. Of bricks that cannot widen them, or lie within, no voxel is read.
 fn values(grid: &Grid, cells: [usize; 3], cell: [usize; 3]) -> [f32; 2] {
     // Wider by this many voxels, lest rounding put a point into the neighbouring cell.
     const MARGIN: f64 = 1e-3;
@@ -122,14 +122,39 @@ fn values(grid: &Grid, cells: [usize; 3], cell: [usize; 3]) -> [f32; 2] {
         let at = |cell: usize| cell as f64 / cells[axis] as f64 * n - 0.5;
         let first = (at(cell[axis]) - MARGIN).floor().clamp(0.0, n - 1.0);
         let last = (at(cell[axis] + 1) + MARGIN).ceil().clamp(0.0, n - 1.0);
-        first as u32..=last as u32
+        [first as u32, last as u32]
+    };
+    let (spans, counts) = ([0, 1, 2].map(span), grid.brick_counts());
+    let bricks = |axis: usize| {
+        let [first, last] = spans[axis].map(|voxel| (voxel / BRICK_CELLS).min(counts[axis] - 1));
+        first..=last
     };
     let mut range = [f32::INFINITY, f32::NEG_INFINITY];
-    for k in span(2) {
-        for j in span(1) {
-            for i in span(0) {
-                let value = grid.value(i, j, k);
-                range = [range[0].min(value), range[1].max(value)];
+    let widen = |range: [f32; 2], low: f32, high: f32| [range[0].min(low), range[1].max(high)];
+    for z in bricks(2) {
+        for y in bricks(1) {
+            for x in bricks(0) {
+                let brick = grid.bricks()[((z * counts[1] + y) * counts[0] + x) as usize];
+                if range[0] <= brick.low && brick.high <= range[1] {
+                    continue;
+                }
+                // The brick's voxels of the cell.
+                let first = [x, y, z].map(|at| at * BRICK_CELLS);
+                let last = [0, 1, 2].map(|axis| (first[axis] + BRICK_CELLS).min(grid.dims[axis] - 1));
+                let within = [0, 1, 2].map(|axis| [first[axis].max(spans[axis][0]), last[axis].min(spans[axis][1])]);
+                if brick.is_uniform() || (0..3).all(|axis| within[axis] == [first[axis], last[axis]]) {
+                    range = widen(range, brick.low, brick.high);
+                    continue;
+                }
+                let along = |axis: usize| within[axis][0]..=within[axis][1];
+                for k in along(2) {
+                    for j in along(1) {
+                        for i in along(0) {
+                            let value = grid.value(i, j, k);
+                            range = widen(range, value, value);
+                        }
+                    }
+                }
             }
         }
     }
@@ -203,6 +228,30 @@ mod test {
         let formula = Formula::parse("p.x").unwrap();
         let expression = Expression { formula, min: Vec3::ZERO, size: Vec3::ONE, highest: 0.7 };
         check(&Field::Expression(Arc::new(expression)), &optics, 0.1, &mut rng);
+    }
+
+    /// They are the extremes of the voxels whose centres surround a cell, where bricks are skipped, too.
+    #[test]
+    fn bounds_are_those_of_voxels() {
+        let mut rng = Random::new(2, 0, 0);
+        for (dims, cells) in [([40, 33, 9], [10, 9, 3]), ([70, 20, 41], [4, 2, 5]), ([1, 90, 3], [1, 5, 1])] {
+            let count: u32 = dims.iter().product();
+            let voxels = (0..count).map(|i| if i / 977 % 3 == 0 { rng.uniform() as f32 } else { 0.25 }).collect();
+            let grid = Grid::dense(dims, Voxels::F32(voxels), Mat4::IDENTITY);
+            for i in 0..cells.iter().product::<usize>() {
+                let cell = [i % cells[0], i / cells[0] % cells[1], i / (cells[0] * cells[1])];
+                let span = |axis: usize| {
+                    let edge = |cell: usize| cell as f64 / cells[axis] as f64 * f64::from(dims[axis]) - 0.5;
+                    let [low, high] = [edge(cell[axis]) - 1e-3, edge(cell[axis] + 1) + 1e-3];
+                    (0..dims[axis]).filter(move |&n| f64::from(n) > low - 1.0 && f64::from(n) < high + 1.0)
+                };
+                let all = span(2).flat_map(|k| span(1).flat_map(move |j| span(0).map(move |i| [i, j, k])));
+                let extremes = all
+                    .map(|[i, j, k]| grid.value(i, j, k))
+                    .fold([f32::INFINITY, f32::NEG_INFINITY], |r, v| [r[0].min(v), r[1].max(v)]);
+                assert_eq!(values(&grid, cells, cell), extremes, "cell {cell:?} of {dims:?}");
+            }
+        }
     }
 
     fn check(field: &Field, optics: &Optics, most_slack: f32, rng: &mut Random) {

@@ -71,8 +71,8 @@ impl Arguments {
         for (path, extension) in [(&self.output, "csv"), (&self.plot, "svg")] {
             path.as_ref().map_or(Ok(()), |path| check_output(path, &[extension]))?;
         }
-        let interrupt = Interrupt::watch();
         let world = self.input.load()?;
+        let interrupt = Interrupt::watch();
         let span = self.span(&world)?;
         let gpu = self.rendering.open()?;
         let rows = self.probe(&gpu, &world, span, &interrupt)?;

@@ -4,9 +4,12 @@ mod fourier_opacity;
 mod instant_radiosity;
 mod page;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context as _;
 
 use crate::failure::Failure;
+use crate::interrupt::Interrupt;
 use crate::render::RenderingArguments;
 use crate::say;
 use page::Page;
@@ -44,11 +47,39 @@ enum Paper {
 impl Arguments {
     /// Runs the experiments and writes the page.
     pub fn run(&self) -> Result<(), Failure> {
-        let page: Page = match self.paper {
-            Paper::FourierOpacity => fourier_opacity::page(&self.rendering, self.quick, &self.out)?,
-            Paper::InstantRadiosity => instant_radiosity::page(&self.rendering)?,
-        };
-        let index = page.write(&self.out)?;
-        say::result(&format!("page     {}\n", index.display()))
+        std::fs::create_dir_all(&self.out)
+            .with_context(|| format!("cannot make {}", self.out.display()))
+            .map_err(Failure::Failed)?;
+        let gpu = self.rendering.open()?;
+        let interrupt = Interrupt::watch();
+        match self.paper {
+            Paper::FourierOpacity => fourier_opacity::page(gpu, interrupt, self.quick, &self.out)?,
+            Paper::InstantRadiosity => instant_radiosity::page(gpu, interrupt, &self.out)?,
+        }
+        say::result(&format!("page     {}\n", self.out.join("index.html").display()))
     }
+}
+
+/// What is measured, as it is announced, and how.
+type Experiment<Bench> = (&'static str, fn(&Bench, &mut Page) -> Result<(), Failure>);
+
+/// Runs all experiments, and writes the page after each: what is finished stays, whatever comes.
+fn page<Bench>(
+    title: &str,
+    experiments: &[Experiment<Bench>],
+    bench: &Bench,
+    interrupt: &Interrupt,
+    folder: &Path,
+) -> Result<(), Failure> {
+    let mut page = Page::new(title);
+    for (i, (name, run)) in experiments.iter().enumerate() {
+        say::note(&format!("{}/{}  {name}", i + 1, experiments.len()));
+        let done = if interrupt.pressed() { Err(Failure::Interrupted) } else { run(bench, &mut page) };
+        if done.is_err() {
+            page.section("Not finished", &format!("It ended during: {name}."));
+        }
+        page.write(folder)?;
+        done?;
+    }
+    Ok(())
 }

@@ -1,8 +1,7 @@
 //! A page of results: sections of text, plots and tables; and the same numbers as JSON.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use anyhow::Context;
 use serde_json::{Map, Value, json};
 use tyndall_scene::image::{DisplayImage, png, write_atomically};
 
@@ -64,10 +63,8 @@ impl Page {
         self.results.insert(key.into(), rows.iter().map(named).collect());
     }
 
-    /// Writes index.html and results.json into a folder, and gives the former's path.
-    pub fn write(&self, folder: &Path) -> Result<PathBuf, Failure> {
-        let made = std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()));
-        made.map_err(Failure::Failed)?;
+    /// Writes index.html and results.json into a folder that is there.
+    pub fn write(&self, folder: &Path) -> Result<(), Failure> {
         let title = escaped(&self.title);
         let html = format!(
             "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>{title}</title>\n<style>{STYLE}</style>\n\
@@ -76,13 +73,12 @@ impl Page {
             self.body
         );
         let results = json!({ "title": self.title, "version": env!("CARGO_PKG_VERSION"), "results": self.results });
-        let index = folder.join("index.html");
         for (name, bytes) in &self.files {
             write_atomically(&folder.join(name), bytes)?;
         }
-        write_atomically(&index, html.as_bytes())?;
+        write_atomically(&folder.join("index.html"), html.as_bytes())?;
         write_atomically(&folder.join("results.json"), format!("{results:#}\n").as_bytes())?;
-        Ok(index)
+        Ok(())
     }
 }
 

@@ -23,6 +23,12 @@ fn names_that_cannot_be_written_are_refused_before_any_work() {
     place.tyndall("reference scene.toml -o a.png").exits(2).says(&["a name that ends in .exr"]);
 }
 
+#[test]
+fn a_page_that_cannot_be_made_is_refused_before_any_work() {
+    let run = Place::new().tyndall("reproduce fourier-opacity --out scene.toml --quick").exits(1);
+    assert!(run.err.starts_with("error: cannot make scene.toml: "), "{}", run.err);
+}
+
 /// A limit on the size of files stands for a full disk.
 #[cfg(target_os = "linux")]
 #[test]

@@ -44,6 +44,20 @@ fn samples_are_taken_and_continued() {
     assert_eq!(samples(&image(&place)), (16, 16));
 }
 
+/// What has nothing in it gives a picture and a warning; of one sample no error is known.
+#[test]
+fn nothing_is_warned_about() {
+    let place = Place::new();
+    place.write("none.csv", "x,y,z,radius,opacity\n");
+    place.write("none.obj", "# nothing\n");
+    let none = "[media.smoke]\ndensity.particles.file = \"none.csv\"\noptics.coefficients.sigma_s = 1\n\
+                [surfaces.thing]\nshape.mesh.file = \"none.obj\"\n";
+    place.write("scene.toml", format!("{SCENE}{none}"));
+    let warnings = ["media.smoke: there are no particles", "thing: has no triangles"];
+    let run = place.tyndall("reference scene.toml -o a.exr --samples 1").exits(0).says(&warnings);
+    run.says(&["a.exr: 1 samples a pixel, relative standard error unknown"]);
+}
+
 #[test]
 fn an_error_is_reached() {
     let place = Place::new();

@@ -89,3 +89,32 @@ fn an_old_picture_stays_where_the_new_one_fails() {
     place.tyndall("render scene.toml -o a.exr").exits(0);
     assert!(Image::read(&place.path("a.exr")).is_ok());
 }
+
+/// Light of surfaces that emit, and of virtual lights, is not dimmed by bodies, which a warning says; that of a lamp is.
+#[test]
+fn light_that_bodies_do_not_dim_is_warned_about() {
+    if !adapter() {
+        return;
+    }
+    let place = Place::new();
+    let smoke = "[camera]\nposition = [0, 0, 3]\ntarget = [0, 0, 0]\n[lights.lamp.point]\nposition = [0, 2, 0]\nintensity = 1\n\
+                 [media.smoke]\ndensity.emitter = { number = 2, time = 0.1 }\noptics.coefficients.sigma_s = 1\n";
+    let panel =
+        "[surfaces.panel]\nshape.quad = { corner = [-1, 2, -1], edges = [[2, 0, 0], [0, 0, 2]] }\nradiance = 1\n";
+    for (more, warning) in [
+        ("", None),
+        (panel, Some("surfaces.panel: what it emits has no maps of transmittance")),
+        (format!("{panel}[techniques.particles]\narea_points = 0\n").as_str(), None),
+        (
+            format!("{panel}[techniques.instant_radiosity]\npaths = 4\nsamples = 1\n").as_str(),
+            Some("techniques.instant_radiosity: its virtual lights have no maps of transmittance"),
+        ),
+    ] {
+        place.write("smoke.toml", format!("{smoke}{more}"));
+        let run = place.tyndall("render smoke.toml -o a.png --size 8x8").exits(0);
+        match warning {
+            Some(warning) => assert!(run.err.contains(warning), "{}", run.err),
+            None => assert!(!run.err.contains("no maps of transmittance"), "{}", run.err),
+        }
+    }
+}

@@ -176,7 +176,7 @@ pub enum VolumeError {
         budget: u64,
     },
     /// The grid is within the budget, but the machine has no memory for it.
-    #[error("no memory for {bytes} bytes of voxels")]
+    #[error("no memory for {bytes} bytes")]
     OutOfMemory {
         /// Bytes asked for.
         bytes: u64,

@@ -9,7 +9,7 @@ use super::{Field, LoadError, Volume, World};
 use crate::assets::{Assets, Hashed};
 use crate::description::{Camera, Clip, Density, Light, Medium, Raw, Scene, TemperatureGrid};
 use crate::field::{Expression, Formula, Fractal, Noise, Sphere};
-use crate::particles::{Emission, Particles, read_particles};
+use crate::particles::{Emission, FARTHEST, Particles, read_particles};
 use crate::phase::PhaseFunction;
 use crate::strands::{Strands, grow, read_strands};
 use crate::surface::{self, Surface};
@@ -51,6 +51,7 @@ impl World {
         }
         let assets = Hashed::new(loader.assets, &mut loader.hasher);
         let surface::Loaded { surfaces, mut lights, camera } = surface::load(&scene, &assets, &mut loader.left)?;
+        surfaces.iter().try_for_each(within_reach)?;
         lights.extend(scene.lights.clone());
         let mut scene = scene;
         if scene.camera.is_none() {
@@ -73,6 +74,19 @@ fn inverse(medium: &str, world_from_unit: Mat4) -> Result<Mat4, LoadError> {
         return Err(LoadError::Singular { path: format!("media.{medium}.transform") });
     }
     Ok(unit_from_world)
+}
+
+/// Refuses a surface so far away that single precision has no depths for it.
+fn within_reach(surface: &Surface) -> Result<(), FieldError> {
+    let out = |corner: &Vec3| !(corner.is_finite() && corner.abs().max_element() <= FARTHEST);
+    match surface.bounds().into_iter().flatten().find(out) {
+        None => Ok(()),
+        Some(corner) => Err(FieldError {
+            path: format!("surfaces.{}", surface.name),
+            found: format!("a corner at {:?}", corner.to_array()),
+            accepted: "at most 1e9 m from the origin".into(),
+        }),
+    }
 }
 
 /// A camera that sees every surface and medium.
@@ -165,7 +179,11 @@ impl Loader<'_> {
             Density::Emitter(emitter) => {
                 let emission = Emission::new(emitter, self.left);
                 let particles = emission.and_then(|mut emission| emission.at(emitter.time.into()));
-                self.particles(name, medium, particles.map_err(|error| unmade(name, "emitter", &error))?)?
+                self.particles(
+                    name,
+                    medium,
+                    particles.map_err(|error| unmade(format!("media.{name}.density.emitter"), &error))?,
+                )?
             }
             Density::Strands(given) => {
                 let assets = Hashed::new(self.assets, &mut self.hasher);
@@ -174,7 +192,8 @@ impl Loader<'_> {
                 self.strands(name, medium, strands)?
             }
             Density::Head(head) => {
-                let strands = grow(head, self.left).map_err(|error| unmade(name, "head", &error))?;
+                let strands =
+                    grow(head, self.left).map_err(|error| unmade(format!("media.{name}.density.head"), &error))?;
                 self.strands(name, medium, strands)?
             }
         })
@@ -182,7 +201,11 @@ impl Loader<'_> {
 
     /// Particles where a medium's transform puts them.
     fn particles(&mut self, name: &str, medium: &Medium, particles: Particles) -> Result<(Field, Mat4), LoadError> {
-        let particles = particles.moved(&medium.transform).map_err(|error| displaced(name, &error))?;
+        let particles =
+            particles.moved(&medium.transform).map_err(|error| unmade(format!("media.{name}.transform"), &error))?;
+        if particles.list().is_empty() {
+            tracing::warn!("media.{name}: there are no particles");
+        }
         self.left.0 = self.left.0.saturating_sub(Particles::BYTES * particles.list().len() as u64);
         let field = Field::Particles(Arc::new(particles));
         let map = field.world_from_unit();
@@ -191,7 +214,11 @@ impl Loader<'_> {
 
     /// The same of strands.
     fn strands(&mut self, name: &str, medium: &Medium, strands: Strands) -> Result<(Field, Mat4), LoadError> {
-        let strands = strands.moved(&medium.transform).map_err(|error| displaced(name, &error))?;
+        let strands =
+            strands.moved(&medium.transform).map_err(|error| unmade(format!("media.{name}.transform"), &error))?;
+        if strands.count() == 0 {
+            tracing::warn!("media.{name}: there are no strands");
+        }
         self.left.0 = self.left.0.saturating_sub(Strands::BYTES * strands.knots().len() as u64);
         let field = Field::Strands(Arc::new(strands));
         let map = field.world_from_unit();
@@ -249,29 +276,16 @@ impl Loader<'_> {
     }
 }
 
-/// What is wrong, where no file is to blame.
-fn said(error: &VolumeError) -> String {
-    match error {
-        VolumeError::Corrupt { what } => what.clone(),
-        other => other.to_string(),
-    }
-}
-
-/// What is wrong with bodies that no file says, but a scene's numbers.
-fn unmade(medium: &str, density: &str, error: &VolumeError) -> LoadError {
-    LoadError::Field(FieldError {
-        path: format!("media.{medium}.density.{density}.number"),
-        found: said(error),
-        accepted: "as many as memory holds, and lengths up to 1e9 m".into(),
-    })
-}
-
-/// What is wrong with bodies that were well before they were moved.
-fn displaced(medium: &str, error: &VolumeError) -> LoadError {
-    LoadError::Field(FieldError {
-        path: format!("media.{medium}.transform"),
-        found: said(error),
-        accepted: "a transform that leaves the bodies in that range".into(),
+/// What is wrong with bodies that no file says, but a scene's numbers: those of the table at `path`, or how many there are to be.
+fn unmade(path: String, error: &VolumeError) -> LoadError {
+    LoadError::Field(match error {
+        VolumeError::Corrupt { what } => {
+            let (found, accepted) = what.split_once("; accepted: ").unwrap_or((what, "other numbers"));
+            FieldError { path, found: found.into(), accepted: accepted.into() }
+        }
+        other => {
+            FieldError { path: path + ".number", found: other.to_string(), accepted: "as many as memory holds".into() }
+        }
     })
 }
 

@@ -66,6 +66,12 @@ fn refusals_know_their_line() {
         of(&format!("density.particles.file = \"none.ply\"\n{GREY}"))
             .contains("5:26: media.a.density.particles.file: cannot read \"none.ply\"")
     );
+    assert_eq!(
+        of(&format!("density.emitter = {{ number = 2, time = 0.1, velocity = [1e20, 0, 0] }}\n{GREY}"))
+            .split_once(": found the position")
+            .map(|(at, said)| (at.to_owned(), said.split_once("; ").unwrap_or_default().1.to_owned())),
+        Some(("s.toml:5:19: media.a.density.emitter".into(), "accepted: at most 1e9 m from the origin".into()))
+    );
     assert!(of(&format!("density.strands.file = \"smoke.csv\"\n{GREY}")).contains("accepted: .hair, .txt"));
     assert!(
         of(&format!("density.particles = {{ file = \"smoke.csv\", opacity = 2 }}\n{GREY}"))

@@ -402,6 +402,17 @@ fn small_and_large_media_have_maps() {
     }
 }
 
+/// A surface beyond where single precision has depths is refused, by name.
+#[test]
+fn a_surface_out_of_reach() {
+    let text = format!("{CAMERA}[surfaces.ball]\nshape.sphere = {{ center = [0, 0, 0], radius = 1e20 }}\n");
+    let far = load(Document::new("s.toml", text).parse().unwrap()).unwrap_err().to_string();
+    assert!(
+        far.starts_with("surfaces.ball: found a corner at") && far.ends_with("at most 1e9 m from the origin"),
+        "{far}"
+    );
+}
+
 #[test]
 fn every_shipped_scene_loads_whose_assets_are_shipped() {
     for (index, (name, _)) in SCENES.iter().enumerate() {

@@ -9,15 +9,15 @@ mod timing;
 use std::path::Path;
 
 use serde_json::json;
+use tyndall::Gpu;
 use tyndall::math::transmittance::{Basis, Fourier, Slices, Window, absorbance};
 use tyndall_plot::{Axes, Line, curves};
 use tyndall_scene::image::DisplayImage;
 
+use super::Experiment;
 use super::page::Page;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::render::RenderingArguments;
-use crate::say;
 use bench::Bench;
 use rays::Ray;
 
@@ -43,10 +43,7 @@ fn kept(name: &str, ray: &Ray, basis: &dyn Basis) -> Line {
     Line { name: name.into(), points: depths().map(|d| (d, basis.transmittance(&sums, d))).collect() }
 }
 
-/// An experiment: what it is called while it works, and what it does.
-type Experiment = (&'static str, fn(&Bench, &mut Page) -> Result<(), Failure>);
-
-const EXPERIMENTS: [Experiment; 12] = [
+const EXPERIMENTS: [Experiment<Bench>; 12] = [
     ("figures 1a, 1b, 10: particles", pictures::particles),
     ("figure 1c: features", features),
     ("figure 2: coefficients", coefficient_maps),
@@ -61,10 +58,8 @@ const EXPERIMENTS: [Experiment; 12] = [
     ("all bases: pictures and times", bases::pictures),
 ];
 
-/// Runs all experiments, and writes the page after each: what is finished stays, whatever comes.
-pub fn page(rendering: &RenderingArguments, quick: bool, folder: &Path) -> Result<Page, Failure> {
-    let interrupt = Interrupt::watch();
-    let gpu = rendering.open()?;
+/// Runs all experiments.
+pub fn page(gpu: Gpu, interrupt: Interrupt, quick: bool, folder: &Path) -> Result<(), Failure> {
     // A CPU driver takes minutes for the paper's films.
     let film = match (quick, gpu.is_cpu()) {
         (true, _) => 1.0 / 16.0,
@@ -72,18 +67,7 @@ pub fn page(rendering: &RenderingArguments, quick: bool, folder: &Path) -> Resul
         (false, false) => 1.0,
     };
     let bench = Bench { gpu, interrupt, film, share: if quick { 1.0 / 16.0 } else { 1.0 } };
-    let mut page = Page::new("Fourier Opacity Mapping (Jansen and Bavoil 2010)");
-    for (i, (name, run)) in EXPERIMENTS.into_iter().enumerate() {
-        say::note(&format!("{}/{}  {name}", i + 1, EXPERIMENTS.len()));
-        let done = if bench.interrupt.pressed() { Err(Failure::Interrupted) } else { run(&bench, &mut page) };
-        if let Err(failure) = done {
-            page.section("Not finished", &format!("It ended during: {name}."));
-            page.write(folder)?;
-            return Err(failure);
-        }
-        page.write(folder)?;
-    }
-    Ok(page)
+    super::page("Fourier Opacity Mapping (Jansen and Bavoil 2010)", &EXPERIMENTS, &bench, &bench.interrupt, folder)
 }
 
 /// Figure 1c.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
+use std::path::Path;
 use std::time::Instant;
 
 use serde_json::{Value, json};
@@ -13,25 +14,22 @@ use tyndall_scene::image::{Image, Picture, tonemap};
 use tyndall_scene::parameter;
 use tyndall_scene::{Document, World, metrics};
 
+use super::Experiment;
 use super::page::Page;
 use crate::failure::Failure;
 use crate::input::memory_budget;
 use crate::interrupt::Interrupt;
-use crate::render::RenderingArguments;
 use crate::say;
 
 const SCENE: &str = include_str!("../../../../../scenes/cornell.toml");
 
+const EXPERIMENTS: [Experiment<Bench>; 3] =
+    [("the sequence", sequence), ("figure 6: error by kind of points", points), ("how many images", images)];
+
 /// Runs all experiments.
-pub fn page(rendering: &RenderingArguments) -> Result<Page, Failure> {
-    let interrupt = Interrupt::watch();
-    let gpu = rendering.open()?;
+pub fn page(gpu: Gpu, interrupt: Interrupt, folder: &Path) -> Result<(), Failure> {
     let bench = Bench { gpu, interrupt };
-    let mut page = Page::new("Instant radiosity");
-    sequence(&bench, &mut page)?;
-    points(&bench, &mut page)?;
-    images(&mut page)?;
-    Ok(page)
+    super::page("Instant radiosity", &EXPERIMENTS, &bench, &bench.interrupt, folder)
 }
 
 struct Bench {
@@ -160,7 +158,7 @@ fn points(bench: &Bench, page: &mut Page) -> Result<(), Failure> {
 }
 
 /// How many images there are: M against N and the mean reflectivity.
-fn images(page: &mut Page) -> Result<(), Failure> {
+fn images(_: &Bench, page: &mut Page) -> Result<(), Failure> {
     page.section(
         "Images",
         "M, the sum of the survivors of all reflections, against N and the mean reflectivity r: less than N/(1 - r).",

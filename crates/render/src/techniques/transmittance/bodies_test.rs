@@ -138,24 +138,60 @@ fn all_that_bodies_take_is_taken() {
         ("lights.a.point = { position = [-0.03, 0.02, -2.3], intensity = 3 }", Some(DVec3::new(-0.03, 0.02, -2.3))),
     ] {
         for bodies in [&fields[..1], &fields[1..], &fields] {
-            let world = scene(light, "coefficients = 3\nresolution = 512", bodies);
+            let balls = bodies.len() == 1 && matches!(bodies[0], Field::Particles(_));
+            let (resolution, most) = if balls { (512, tolerance::DRAWN) } else { (1024, tolerance::DRAWN_STRANDS) };
+            let world = scene(light, &format!("coefficients = 3\nresolution = {resolution}"), bodies);
             // Where rays through the bodies' cube leave them all behind.
-            let rays: Vec<(DVec3, DVec3)> = (0..640).map(|i| way(place, 0.9 * point(i + 7).as_dvec3())).collect();
+            let rays: Vec<(DVec3, DVec3)> = (0..6400).map(|i| way(place, 0.9 * point(i + 7).as_dvec3())).collect();
             let positions: Vec<_> = rays.iter().map(|(origin, way)| (*origin + 9.0 * *way).as_vec3()).collect();
-            let (mut squares, mut all) = (0.0, 0.0);
+            let (mut squares, mut all, mut lost, mut sum) = (0.0, 0.0, 0.0, 0.0);
             for ((origin, way), found) in rays.iter().zip(looked_up(&gpu, &world, &positions)) {
                 let expected: f64 = events(bodies, *origin, *way).iter().map(|event| event.1).sum();
-                squares += (f64::from(found.x) - expected).powi(2);
+                let off = f64::from(found.x) - expected;
+                squares += off * off;
                 all += expected * expected;
+                lost += off;
+                sum += expected;
             }
-            let error = (squares / all).sqrt();
-            let most = if bodies.len() == 1 && matches!(bodies[0], Field::Particles(_)) {
-                tolerance::DRAWN
-            } else {
-                tolerance::DRAWN_STRANDS
-            };
+            let (error, lost) = ((squares / all).sqrt(), lost / sum);
             assert!(error < most, "{error} with {light}");
+            assert!(lost.abs() < tolerance::DRAWN_SUM, "{lost} with {light}");
         }
+    }
+}
+
+/// Three layers are known exactly by seven or nine sums of moments, before and behind each; not by five.
+#[test]
+fn moments_know_three_layers() {
+    let Some(gpu) = gpu() else { return };
+    let way = SUN_WAY.normalize();
+    let layers = [(-1.2, 0.5), (0.1, 0.9), (1.2, 0.3)];
+    let ball =
+        |(at, depth): (f64, f32)| Particle { position: (at * way).as_vec3(), radius: 0.5, color: Vec3::ONE, depth };
+    let fields = [Field::Particles(Arc::new(Particles::new(layers.map(ball).to_vec()).unwrap()))];
+    // Around the axis, and well between layers.
+    let places: Vec<_> = (0..640)
+        .map(|i| {
+            let aside = 0.25 * point(i).as_dvec3().reject_from(way);
+            (aside - 5.0 * way, [3.2, 4.4, 5.7, 7.0][i % 4] + 0.3 * f64::from(spread(i, 5)))
+        })
+        .collect();
+    let positions: Vec<_> = places.iter().map(|(origin, distance)| (*origin + *distance * way).as_vec3()).collect();
+    let exact: Vec<_> = places
+        .iter()
+        .map(|(origin, distance)| {
+            let met = events(&fields, *origin, way).into_iter().filter(|event| event.0 < *distance);
+            Vec3::splat(met.map(|event| event.1).sum::<f64>() as f32)
+        })
+        .collect();
+    for basis in ["moments", "trigonometric"] {
+        let error = |count: u32| {
+            let settings = format!("basis = \"{basis}\"\ncoefficients = {count}\nresolution = 128\ndepths = \"light\"");
+            apart(&looked_up(&gpu, &scene(SUN, &settings, &fields), &positions), &exact)
+        };
+        let [five, seven, nine] = [5, 7, 9].map(error);
+        assert!(seven.max(nine) < tolerance::MAPPED_LAYERS, "{seven} with 7, {nine} with 9 of {basis}");
+        assert!(five > 100.0 * seven, "{five} with 5, {seven} with 7 of {basis}");
     }
 }
 
