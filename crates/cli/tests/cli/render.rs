@@ -30,6 +30,25 @@ fn pictures_of_both_formats() {
     assert_eq!(place.names(), ["a.exr", "a.png", "scene.toml"]);
 }
 
+/// Where nothing gives light, and something waits for it, a picture is black, and says why.
+#[test]
+fn darkness_is_told() {
+    if !adapter() {
+        return;
+    }
+    let place = Place::new();
+    let media = "media.box = { density.homogeneous = { min = [-1, -1, -1], max = [1, 1, 1] }, optics.coefficients = { sigma_s = 1, sigma_a = 1 } }";
+    for (glow, told) in [("", true), ("media.box.optics.coefficients.emission=1", false)] {
+        let text = format!("camera = {{ position = [0, 0, 4], target = [0, 0, 0] }}\nfilm.size = [8, 8]\n{media}\n");
+        std::fs::write(place.path("dark.toml"), text).unwrap();
+        let set = if glow.is_empty() { String::new() } else { format!(" --set {glow}") };
+        let run = place.tyndall(&format!("render dark.toml -o a.exr{set}")).exits(0);
+        assert_eq!(run.err.contains("lights: there are none, and nothing emits"), told, "{}", run.err);
+        let image = Image::read(&place.path("a.exr")).unwrap();
+        assert_eq!(image.pixels.iter().all(|pixel| pixel[0] == 0.0), told);
+    }
+}
+
 #[test]
 fn set_takes_effect() {
     if !adapter() {

@@ -7,7 +7,7 @@ use glam::{Mat4, Vec3};
 
 use super::{Field, LoadError, Volume, World};
 use crate::assets::{Assets, Hashed};
-use crate::description::{Camera, Clip, Density, Light, Medium, Raw, Scene, TemperatureGrid};
+use crate::description::{Camera, Clip, Density, Light, Medium, Optics, Raw, Scene, TemperatureGrid};
 use crate::field::{Expression, Formula, Fractal, Noise, Sphere};
 use crate::particles::{Emission, FARTHEST, Particles, read_particles};
 use crate::phase::PhaseFunction;
@@ -62,7 +62,11 @@ impl World {
         }
         let environment = loader.environment(&scene)?;
         let hash = loader.hasher.finalize().to_hex().to_string();
-        Ok(Self { scene, volumes, surfaces, lights, environment, hash })
+        let world = Self { scene, volumes, surfaces, lights, environment, hash };
+        if is_dark(&world) {
+            tracing::warn!("lights: there are none, and nothing emits: the picture is black");
+        }
+        Ok(world)
     }
 }
 
@@ -87,6 +91,21 @@ fn within_reach(surface: &Surface) -> Result<(), FieldError> {
             accepted: "at most 1e9 m from the origin".into(),
         }),
     }
+}
+
+/// Whether there is what scatters or reflects light, and nothing that gives any.
+fn is_dark(world: &World) -> bool {
+    let scatters = |volume: &Volume| match &volume.optics {
+        Optics::Coefficients { sigma_s, .. } => *sigma_s != Vec3::ZERO,
+        Optics::Transfer(_) => false,
+    };
+    let glows = |volume: &Volume| match &volume.optics {
+        Optics::Coefficients { emission, .. } => *emission != Vec3::ZERO || volume.temperature.is_some(),
+        Optics::Transfer(_) => true,
+    };
+    let waits = !world.surfaces.is_empty() || world.volumes.iter().any(scatters);
+    let emits = world.surfaces.iter().any(|surface| surface.material.emission != Vec3::ZERO);
+    waits && world.lights.is_empty() && !emits && !world.volumes.iter().any(glows)
 }
 
 /// A camera that sees every surface and medium.
