@@ -6,7 +6,8 @@
 //! L(x) = L_e(x) + Σ_vpl f(x)·I_vpl(ω)·min(cosθ_x·cosθ_vpl/r², b)·V
 //!
 //! The bound b keeps single lights from being seen as spots in corners. What it takes away is found again, without bias, along a
-//! short ray to what is near: there G = cosθ_x·cosθ_y/r² > b, and L(y) counts (G − b)/G of its share [Kollig06].
+//! short ray to what is near: there G = cosθ_x·cosθ_y/r² > b, and L(y) counts (G − b)/G of its share [Kollig06]. Such rays, longer ones,
+//! also find what surfaces reflect through glass, which lets no virtual light through.
 //!
 //! More particles walk than there are virtual lights: these stand for what all leave (`representatives.rs`), by what it counts for the
 //! picture (`eye.rs`).
@@ -16,9 +17,9 @@
 //! also show the virtual lights: each has an image that shines through the mirror's outline. Each camera ray of a pixel gathers its own
 //! part of the paths, so anti-aliasing takes no more lights.
 //!
-//! Not in the model: what curved mirrors and glass throw onto other surfaces straight from a light or another surface
-//! (caustics), and light that meets two mirrors in a row on its way from a virtual light; both are where a particle was
-//! reflected by them and met something else before.
+//! Not in the model: what curved mirrors throw onto what the eye sees, what glass throws there straight from a light (caustics), and
+//! light that meets two mirrors in a row on its way from a virtual light; all are where a particle was reflected by them and met
+//! something else before.
 
 pub mod bake;
 mod eye;
@@ -229,6 +230,7 @@ impl Gathering {
             .constant("VISITS", most_visits(gpu, geometry))
             .constant("LOBES", geometry.any(|bsdf| matches!(bsdf, Bsdf::MetallicRoughness { .. })))
             .constant("IMAGES", geometry.any(|bsdf| matches!(bsdf, Bsdf::Mirror { .. })))
+            .constant("GLASS", geometry.any(|bsdf| matches!(bsdf, Bsdf::Dielectric { .. })))
             .constant("MAPS", self.maps.side > 1)
             .constant("MAP_SIDE", self.maps.side)
             .constant("MAP_COLUMNS", self.maps.columns)
