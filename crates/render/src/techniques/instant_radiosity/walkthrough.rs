@@ -4,11 +4,11 @@ use tyndall_scene::World;
 use tyndall_scene::description::Camera;
 use tyndall_scene::surface::Surface;
 
+use super::batches::{Batch, batch_texels, pixel_offset};
+use super::gathering::{Gather, Gathering, gather_pass};
 use super::sources::Sources;
 use super::vpl::Vpl;
-use super::{
-    Batch, Gather, Gathering, TECHNIQUE, Walk, batch_texels, gather_pass, per_round, pixel_offset, points, walk,
-};
+use super::{TECHNIQUE, Walk, per_round, points, walk};
 use crate::frame::film_texture;
 use crate::graph::{Graph, Shader, Tile, shader};
 use crate::resident::{Resident, View, bvh};
