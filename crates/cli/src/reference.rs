@@ -40,7 +40,7 @@ pub struct Arguments {
     /// single scattering [default: any]
     #[arg(long)]
     depth: Option<u32>,
-    /// Leave out light that mirrors and glass alone lead from where it is made to where it is scattered
+    /// Leave out light that mirrors and glass alone lead from where it is made to where the eye sees it scattered
     #[arg(long)]
     no_caustics: bool,
     /// Pictures of different seeds are independent

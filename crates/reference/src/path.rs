@@ -28,8 +28,8 @@ struct Way {
     direction: DVec3,
     /// The density with which the last scattering chose the direction [sr⁻¹]; camera, mirrors and glass have no choice.
     density: Option<f64>,
-    /// Whether it has been scattered into more than directions of their own.
-    diffuse: bool,
+    /// How often it has been scattered into more than directions of their own.
+    diffuse: u32,
 }
 
 impl Tracer {
@@ -61,7 +61,7 @@ impl Tracer {
     /// sought wherever a path scatters, that of the constant environment is found where it escapes, and that of the
     /// environment map and of surfaces both ways, weighted by the balance heuristic [Veach95].
     pub fn radiance(&self, origin: DVec3, direction: DVec3, depth: Option<u32>, rng: &mut Random) -> DVec3 {
-        let mut way = Way { origin, direction, density: None, diffuse: false };
+        let mut way = Way { origin, direction, density: None, diffuse: 0 };
         let mut flight = Flight::new();
         let mut shadow = March::default();
         for scatterings in 0u32.. {
@@ -99,7 +99,7 @@ impl Tracer {
             let origin = sample.map(|sample| vertex.start(sample.towards));
             flight.radiance += flight.weight * light;
             let (Some(sample), Some(origin)) = (sample, origin) else { break };
-            let diffuse = way.diffuse || sample.density.is_some();
+            let diffuse = way.diffuse + u32::from(sample.density.is_some());
             way = Way { origin, direction: sample.towards, density: sample.density, diffuse };
             flight.weight *= sample.weight;
             if !flight.survives(rng) {
@@ -146,7 +146,7 @@ impl Tracer {
     /// What a path finds where it ends, at a surface or behind all: its light, or the share that the search for it leaves to
     /// paths that choose their direction [W·sr⁻¹·m⁻²].
     fn found(&self, way: &Way, spot: Option<&Spot>) -> DVec3 {
-        if way.density.is_none() && way.diffuse && !self.caustics {
+        if way.density.is_none() && way.diffuse == 1 && !self.caustics {
             return DVec3::ZERO;
         }
         // [Veach95]: p/(p + q) of what is found with the density p, and sought with q.

@@ -17,9 +17,10 @@ pub struct Options {
     /// The most scatterings of a path, by surfaces and media alike; `None` for any number. 0: emission, absorption and what is
     /// behind; 1: direct light and single scattering.
     pub depth: Option<u32>,
-    /// Whether light counts that comes from where it is made, a surface or the environment, to where it is scattered
-    /// diffusely (by a medium, or a surface that is neither mirror nor glass) by way of mirrors and glass alone. What the eye
-    /// sees in mirrors and through glass always counts. Lamps, which have no size, never have caustics: no path finds them.
+    /// Whether light counts that comes from where it is made, a surface or the environment, by way of mirrors and glass alone to
+    /// where it is first seen to be scattered diffusely (by a medium, or a surface that is neither mirror nor glass). What it lights
+    /// from there always counts, and so does what the eye sees in mirrors and through glass. Lamps, which have no size, never have
+    /// caustics: no path finds them.
     pub caustics: bool,
     /// Stop when every pixel has this many samples, those of a previous image included.
     pub samples: Option<u32>,

@@ -13,7 +13,7 @@ use crate::surfaces::GBuffer;
 use crate::techniques::{Chosen, Recorded, Recording, Role, chosen, direct};
 use crate::{Gpu, RenderError};
 
-/// A frame of one world: passes recorded once, rendered as often as one likes. Rendering allocates nothing.
+/// A frame of one world: passes recorded once, rendered as often as one likes. Rendering allocates nothing on the device.
 pub struct Frame<'a> {
     resident: Resident,
     graph: Graph<'a>,
@@ -47,7 +47,7 @@ impl<'a> Frame<'a> {
         let (graph, gbuffer) = Self::passes(gpu, world, &techniques, &mut resident, &film).await?;
         let still = still(&techniques);
         let (surfaces, frame) = (world.surfaces.clone(), Self::of(graph, world, resident, film, gbuffer)?);
-        Ok(Self { transforms: transforms(&surfaces), surfaces, still, ..frame })
+        Ok(Self { transforms: transforms(&surfaces).collect(), surfaces, still, ..frame })
     }
 
     /// The passes of a world's techniques, and what they see of surfaces.
@@ -198,8 +198,7 @@ impl<'a> Frame<'a> {
     /// since the picture last changed.
     pub fn render(&mut self) {
         let gpu = self.graph.gpu();
-        let transforms = transforms(&self.surfaces);
-        let moved = transforms != self.transforms;
+        let moved = !transforms(&self.surfaces).eq(self.transforms.iter().copied());
         if moved {
             self.resident.moved(gpu, &self.surfaces, &self.transforms);
             self.graph.moved(&self.resident, &self.surfaces);
@@ -209,8 +208,9 @@ impl<'a> Frame<'a> {
         }
         gpu.write(&self.resident.previous, &self.view);
         if moved {
-            self.resident.surfaces.moved_from(gpu, &self.surfaces, &transforms);
-            self.transforms = transforms;
+            self.transforms.clear();
+            self.transforms.extend(transforms(&self.surfaces));
+            self.resident.surfaces.moved_from(gpu, &self.surfaces, &self.transforms);
         }
         self.frames += 1;
     }
@@ -265,8 +265,8 @@ impl<'a> Frame<'a> {
     }
 }
 
-fn transforms(surfaces: &[Surface]) -> Vec<Mat4> {
-    surfaces.iter().map(|surface| surface.world_from_object).collect()
+fn transforms(surfaces: &[Surface]) -> impl Iterator<Item = Mat4> + '_ {
+    surfaces.iter().map(|surface| surface.world_from_object)
 }
 
 /// The technique, if any, whose light of surfaces is found as passes are recorded.

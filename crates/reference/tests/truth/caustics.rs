@@ -76,6 +76,37 @@ fn mirrors_still_show() {
     assert!(seen.mean.min_element() > 0.1, "{}", seen.mean);
 }
 
+/// Without caustics what they light is still lit: a wall onto which a mirror throws light, which the lamp's front does not see, lights
+/// the floor. What is missing is what the floor has of the mirror itself, all of which is scattered twice.
+#[test]
+fn what_caustics_light_stays() {
+    let mut world = beside("mirror");
+    let other = scene(
+        r#"
+        materials.white.lambert.reflectance = 0.8
+        [surfaces.other]
+        material = "white"
+        shape.quad = { corner = [2, 0, 1], edges = [[0, 2, 0], [0, 0, -2]] }
+    "#,
+    );
+    world.surfaces.extend(other.surfaces);
+    let of = |caustics: bool, depth, seed| {
+        let mut tracer = Tracer::new(&world).unwrap();
+        if !caustics {
+            tracer = tracer.without_caustics();
+        }
+        let from = DVec3::new(1.9, 0.5, 0.0);
+        Estimate::of(1_000_000, seed, |rng| tracer.radiance(from, DVec3::NEG_Y, depth, rng))
+    };
+    let less = |a: Estimate, b: Estimate| Estimate {
+        mean: a.mean - b.mean,
+        error: (a.error.powf(2.0) + b.error.powf(2.0)).powf(0.5),
+    };
+    let seen = less(of(true, Some(2), 1), of(false, Some(2), 2));
+    let missing = less(of(true, None, 3), of(false, None, 4));
+    agree(&[(missing, seen)], 0.05).unwrap();
+}
+
 /// Pictures say so, too.
 #[test]
 fn pictures_without_caustics() {

@@ -114,11 +114,6 @@ pub const BAKED_ROOM: f64 = 0.12;
 pub const RADIOSITY: f64 = 0.03;
 /// Mean FLIP of the same, the reference's noise included: what is asked of 256 paths.
 pub const RADIOSITY_FLIP: f64 = 0.05;
-/// The same before a ball of glass: what light does that the ball gathers onto surfaces is in the picture, and not in a reference
-/// without caustics.
-pub const RADIOSITY_GLASS_FLIP: f64 = 0.055;
-/// The same with a mirror, set by what was found, 0.051: it guards against getting worse, and does not meet the 0.05 that are asked for.
-pub const RADIOSITY_MIRROR_FLIP: f64 = 0.055;
 /// Mean square of how far a picture of 64 samples is from a kept reference, over its variance: 1 for the same scene, over some thousand
 /// values, few of which vary much more than their variance tells.
 pub const KEPT: f64 = 1.3;

@@ -6,7 +6,8 @@
 //! L(x) = L_e(x) + Σ_vpl f(x)·I_vpl(ω)·min(cosθ_x·cosθ_vpl/r², b)·V
 //!
 //! The bound b keeps single lights from being seen as spots in corners. What it takes away is found again, without bias, along a
-//! short ray to what is near: there G = cosθ_x·cosθ_y/r² > b, and L(y) counts (G − b)/G of its share [Kollig06].
+//! short ray to what is near: there G = cosθ_x·cosθ_y/r² > b, and L(y) counts (G − b)/G of its share [Kollig06]. Such rays, longer ones,
+//! also find what surfaces reflect through glass, which lets no virtual light through.
 //!
 //! More particles walk than there are virtual lights: these stand for what all leave (`representatives.rs`), by what it counts for the
 //! picture (`eye.rs`).
@@ -16,12 +17,14 @@
 //! also show the virtual lights: each has an image that shines through the mirror's outline. Each camera ray of a pixel gathers its own
 //! part of the paths, so anti-aliasing takes no more lights.
 //!
-//! Not in the model: what curved mirrors and glass throw onto other surfaces straight from a light or another surface
-//! (caustics), and light that meets two mirrors in a row on its way from a virtual light; both are where a particle was
-//! reflected by them and met something else before.
+//! Not in the model: what curved mirrors throw onto what the eye sees, what glass throws there straight from a light (caustics), and
+//! light that meets two mirrors in a row on its way from a virtual light; all are where a particle was reflected by them and met
+//! something else before.
 
 pub mod bake;
+mod batches;
 mod eye;
+mod gathering;
 pub(crate) mod geometry;
 mod media;
 pub(crate) mod points;
@@ -39,20 +42,18 @@ pub(crate) mod walkthrough;
 pub use punctual::punctual;
 pub use walkthrough::Walkthrough;
 
-use glam::Vec2;
 use tyndall_scene::World;
 use tyndall_scene::parameter::{Kind, Parameter, Settings};
-use tyndall_scene::surface::Bsdf;
 
 use super::{Recording, Role, Technique};
-use crate::graph::{Compute, Declaration, Graph, Shader, shader};
-use crate::resident::bvh::table;
 use crate::resident::{Light, Resident, Stride, is_bodies};
 use crate::{Gpu, RenderError};
+use batches::{batches, grouped};
+use gathering::{Gather, Gathering, gather_pass};
 use geometry::{Geometry, Mirror};
 use media::Media;
 use representatives::{Likeness, representatives};
-use sequence::{Sequence, radical_inverse};
+use sequence::Sequence;
 use sources::Sources;
 use visibility::{Casters, Maps, Plan};
 use vpl::Vpl;
@@ -138,8 +139,6 @@ const LIGHT_STEP: Parameter = Parameter {
     kind: Kind::Number { min: 0.01, max: 64.0, default: 4.0 },
 };
 
-static GATHER: Shader = shader!("techniques/instant_radiosity/gather");
-
 /// How often clamped light is sought from one point to the next, at most: of light that is clamped at each of four such points
 /// nothing is left to see.
 const COMPENSATIONS: u32 = 4;
@@ -149,96 +148,6 @@ const APART: f32 = 2.0;
 
 /// Planes of a surface that is a mirror, at most; what has more is not flat.
 const MOST_PLANES: usize = 8;
-
-/// What a camera ray gathers in one round: two texels of `batches`.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Batch {
-    offset: Vec2,
-    begin: u32,
-    end: u32,
-    emission: f32,
-    ray: u32,
-    first_map: u32,
-}
-
-impl Batch {
-    fn texels(&self) -> [[u32; 4]; 2] {
-        let Self { offset, begin, end, emission, ray, first_map } = *self;
-        [[offset.x.to_bits(), offset.y.to_bits(), begin, end], [emission.to_bits(), ray, first_map, 0]]
-    }
-}
-
-/// The texels of some batches.
-fn batch_texels(batches: &[Batch]) -> Vec<[u32; 4]> {
-    batches.iter().flat_map(Batch::texels).collect()
-}
-
-/// The buffer `gather`.
-#[derive(Debug, encase::ShaderType)]
-pub(crate) struct Gather {
-    bound: f32,
-    emitted_bound: f32,
-    compensation: u32,
-    bounces: u32,
-    epsilon: f32,
-    seed: u32,
-    rounds: u32,
-    casters: Casters,
-    stride: Stride,
-    #[shader(size(runtime))]
-    vpls: Vec<Vpl>,
-}
-
-/// What passes that gather read.
-#[derive(Debug)]
-struct Gathering {
-    /// Of [`Gather`].
-    gather: wgpu::Buffer,
-    batches: wgpu::Texture,
-    rounds: u32,
-    hierarchy: [wgpu::Texture; 2],
-    maps: Maps,
-}
-
-impl Gathering {
-    /// By rays alone, through a hierarchy that lies on the device.
-    async fn by_rays(
-        gpu: &Gpu,
-        hierarchy: [wgpu::Texture; 2],
-        gather: &Gather,
-        batches: &[Batch],
-    ) -> Result<Self, RenderError> {
-        Ok(Self {
-            gather: gpu.buffer("gather", gather),
-            batches: table(gpu, "batches", batch_texels(batches)).await?,
-            rounds: batches.len() as u32,
-            hierarchy,
-            maps: Maps::none(gpu).await?,
-        })
-    }
-
-    /// Binds it to a pass that gathers, which is specialised for the surfaces that there are.
-    fn read_by<'g, 'a>(
-        &self,
-        declaration: Declaration<'g, 'a, Compute>,
-        gpu: &Gpu,
-        geometry: &Geometry,
-    ) -> Declaration<'g, 'a, Compute> {
-        declaration
-            .constant("NODES", geometry.bvh.nodes())
-            .constant("VISITS", most_visits(gpu, geometry))
-            .constant("LOBES", geometry.any(|bsdf| matches!(bsdf, Bsdf::MetallicRoughness { .. })))
-            .constant("IMAGES", geometry.any(|bsdf| matches!(bsdf, Bsdf::Mirror { .. })))
-            .constant("MAPS", self.maps.side > 1)
-            .constant("MAP_SIDE", self.maps.side)
-            .constant("MAP_COLUMNS", self.maps.columns)
-            .read("gather", &self.gather)
-            .read("batches", &self.batches)
-            .read("nodes", &self.hierarchy[0])
-            .read("corners", &self.hierarchy[1])
-            .read("map_depths", &self.maps.atlas)
-    }
-}
 
 /// A walk by a technique's settings.
 pub(crate) struct Walk {
@@ -275,9 +184,6 @@ impl Walk {
         let mut geometry = Geometry::new(&world.surfaces);
         geometry.media = Media::new(world, settings.number(LIGHT_STEP.name));
         let sources = Sources::new(world, &geometry);
-        if sources.dark() {
-            tracing::warn!("lights: there are none, and no surface emits: the picture is black");
-        }
         Ok(Self {
             counts: walk::survivors(paths, geometry.mean_reflectivity(), bounces),
             sequence: Sequence::new(kind, paths, seed),
@@ -379,7 +285,7 @@ async fn record(
     let walk = Walk::new(world, settings)?;
     let lights = walk.chosen(world, settings);
     let groups = walk.groups(&lights, settings, settings.number("samples") as u32);
-    let (vpls, ranges) = grouped(lights.clone(), &groups, &walk.mirrors);
+    let (vpls, ranges) = grouped(&lights, &groups, &walk.mirrors);
     check_size(gpu, vpls.len())?;
     let mut gather = walk.gather(resident, settings);
     let side = visibility::side(gpu, settings, resident, vpls.len())?;
@@ -404,88 +310,9 @@ async fn record(
     }
     let (cells, interleaving) = (points::cells(gpu), settings.number("interleaving") as u32);
     if interleaving > 1 {
-        points::points_pass(graph, resident, &walk, settings, lights, &gathering.hierarchy, &cells).await?;
+        points::points_pass(graph, resident, &walk, settings, &lights, &gathering.hierarchy, &cells).await?;
     }
     gather_pass(graph, resident, &walk.geometry, &gathering, &cells, interleaving, film).await
-}
-
-/// Records the pass that gathers: what squares of `interleaving` pixels a side have not shared out among their `cells`.
-async fn gather_pass(
-    graph: &mut Graph<'_>,
-    resident: &Resident,
-    geometry: &Geometry,
-    gathering: &Gathering,
-    cells: &wgpu::Buffer,
-    interleaving: u32,
-    film: &wgpu::Texture,
-) -> Result<(), RenderError> {
-    let (gpu, tile) = (graph.gpu(), graph.tile());
-    gathering
-        .read_by(graph.compute("gather", &GATHER), gpu, geometry)
-        .constant("INTERLEAVING", interleaving)
-        .world(resident)
-        .read("view", &resident.view)
-        .read("tile", &tile)
-        .write("cells", cells)
-        .write("film", film)
-        .over_film(gathering.rounds)
-        .await
-}
-
-/// Virtual lights in the groups that camera rays gather, with their images in mirrors; and where each group begins and ends.
-/// Lamps, of which there is one each, are shared by all groups.
-fn grouped(vpls: Vec<Vpl>, groups: &[u32], mirrors: &[Mirror]) -> (Vec<Vpl>, Vec<[u32; 2]>) {
-    let count = groups.iter().max().map_or(1, |last| last + 1);
-    let mut list: Vec<Vec<Vpl>> = vec![Vec::new(); count as usize];
-    for vpl in vpls {
-        if vpl.is_lamp() {
-            let share = Vpl { power: vpl.power / count as f32, ..vpl };
-            list.iter_mut().for_each(|group| group.push(share));
-        } else {
-            list[groups[vpl.path as usize] as usize].push(vpl);
-        }
-    }
-    let (mut all, mut ranges) = (Vec::new(), Vec::new());
-    for group in list {
-        let begin = all.len() as u32;
-        let images = walk::mirrored(&group, mirrors);
-        all.extend(group);
-        all.extend(images);
-        ranges.push([begin, all.len() as u32]);
-    }
-    (all, ranges)
-}
-
-/// The place in the pixel where the camera ray of a group goes through: Hammersley's points, one alone in the middle.
-fn pixel_offset(group: u32, count: u32) -> Vec2 {
-    let middle = 0.5 / f64::from(count);
-    let y = (radical_inverse(2, group) + middle).fract();
-    Vec2::new((f64::from(group) / f64::from(count) + middle) as f32, y as f32)
-}
-
-/// The rounds of all groups, of so many virtual lights each.
-fn batches(groups: &[[u32; 2]], at_once: u32) -> Vec<Batch> {
-    let count = groups.len() as u32;
-    let mut batches = Vec::new();
-    for (number, &[begin, end]) in (0..).zip(groups) {
-        let offset = pixel_offset(number, count);
-        let mut next = begin;
-        loop {
-            let stop = end.min(next + at_once);
-            let emission = if next == begin { 1.0 / count as f32 } else { 0.0 };
-            batches.push(Batch { offset, begin: next, end: stop, emission, ray: number, first_map: 0 });
-            next = stop;
-            if next >= end {
-                break;
-            }
-        }
-    }
-    batches
-}
-
-/// How many nodes a ray may visit: all, but no more than the device stands.
-fn most_visits(gpu: &Gpu, geometry: &Geometry) -> u32 {
-    geometry.bvh.nodes().min(gpu.iterations() / 4)
 }
 
 /// How light is marched through media.

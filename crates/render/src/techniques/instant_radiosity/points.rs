@@ -4,8 +4,10 @@
 
 use tyndall_scene::parameter::Settings;
 
+use super::batches::{Batch, batches, grouped};
+use super::gathering::Gathering;
 use super::vpl::Vpl;
-use super::{Batch, Gathering, Walk, batches, check_size, grouped, per_round};
+use super::{Walk, check_size, per_round};
 use crate::graph::{Graph, Shader, shader};
 use crate::resident::Resident;
 use crate::{Gpu, RenderError};
@@ -26,7 +28,7 @@ pub(super) async fn points_pass(
     resident: &Resident,
     walk: &Walk,
     settings: &Settings,
-    lights: Vec<Vpl>,
+    lights: &[Vpl],
     hierarchy: &[wgpu::Texture; 2],
     cells: &wgpu::Buffer,
 ) -> Result<(), RenderError> {
@@ -34,7 +36,7 @@ pub(super) async fn points_pass(
     let [interleaving, samples] = ["interleaving", "samples"].map(|name| settings.number(name) as usize);
     let parts = interleaving * interleaving;
     let rays = samples.div_ceil(parts);
-    let groups = walk.groups(&lights, settings, (parts * rays) as u32);
+    let groups = walk.groups(lights, settings, (parts * rays) as u32);
     let (vpls, mut ranges) = grouped(lights, &groups, &walk.mirrors);
     check_size(gpu, vpls.len())?;
     ranges.resize(parts * rays, [vpls.len() as u32; 2]);

@@ -14,6 +14,9 @@ use super::vpl::{PARALLEL, Vpl};
 /// The share of all lights, at least, that stands for light that surfaces and sky emit: what the eye does not see of it, short rays do.
 const EMITTED: f64 = 0.15;
 
+/// How many lights emitted light has, relative to what it counts: lamps are small, and their lights more alike than those all over a room.
+const EMITTED_WEIGHT: f64 = 1.0 / 3.0;
+
 /// A share of a virtual light, by its number.
 #[derive(Clone, Copy)]
 struct Share {
@@ -46,11 +49,13 @@ pub fn representatives(lights: &[Vpl], weights: &[f64], count: usize, likeness: 
     order.sort_by_key(|&i| kind(i));
     let axes = lights.iter().map(|vpl| axes(vpl, likeness.length)).collect();
     let mut cut = Cut { lights, weights, axes, seed, made: Vec::new() };
-    let total: f64 = weights.iter().sum();
+    let factor = |vpl: &Vpl| if vpl.bounce == 0 { EMITTED_WEIGHT } else { 1.0 };
+    let total: f64 = lights.iter().zip(weights).map(|(vpl, weight)| factor(vpl) * weight).sum();
     for alike in order.chunk_by(|&a, &b| kind(a) == kind(b)) {
         let list: Vec<_> = alike.iter().map(|&light| Share { light, share: 1.0 }).collect();
-        let least = if lights[alike[0]].bounce == 0 { EMITTED } else { 0.0 };
-        let parts = (count as f64 * (cut.weight(&list) / total).max(least)).round();
+        let first = &lights[alike[0]];
+        let least = if first.bounce == 0 { EMITTED } else { 0.0 };
+        let parts = (count as f64 * (factor(first) * cut.weight(&list) / total).max(least)).round();
         cut.split(list, (parts as usize).clamp(1, alike.len()));
     }
     cut.made

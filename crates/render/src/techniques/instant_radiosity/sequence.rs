@@ -74,7 +74,7 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// A sequence of `count` points. Every seed but 0 shifts all points, modulo 1.
+    /// A sequence of `count` points. Seeds shift all points, modulo 1; but 0, where it is not jittered: Halton's own points.
     pub fn new(kind: Kind, count: u32, seed: u32) -> Self {
         // Small bases fill the square without it.
         let digits = PRIMES.map(|base| if base < 11 { (0..base).collect() } else { faure(base) }).into();
@@ -91,7 +91,9 @@ impl Sequence {
         let random = uniform(self.seed, i, dimension as u32);
         let jitter = random / f64::from(users.max(1));
         let halton = |dimension: usize| PRIMES.get(dimension).map(|&base| radical_inverse(base, i));
-        let shift = if self.seed == 0 { 0.0 } else { uniform(self.seed, u32::MAX, dimension as u32) };
+        // Unshifted, point 0 is a corner in all dimensions: a particle that goes up and down between floor and ceiling as long as any does.
+        let published = self.seed == 0 && self.kind != Kind::Jittered;
+        let shift = if published { 0.0 } else { uniform(self.seed, u32::MAX, dimension as u32) };
         let x = match self.kind {
             Kind::Random => return random,
             Kind::Rooks => return (f64::from(self.permuted(i, dimension)) + random) / f64::from(self.count),

@@ -92,11 +92,6 @@ impl Sources {
         Self { list, sums: shares(&powers), center, radius }
     }
 
-    /// Whether there is no light at all.
-    pub fn dark(&self) -> bool {
-        self.sums.is_empty()
-    }
-
     /// The area of all surfaces that emit, of each side that does [m²].
     pub fn emitting_area(&self) -> f64 {
         let area = |source: &Source| match source {

@@ -4,13 +4,14 @@ use tyndall_scene::World;
 use tyndall_scene::description::Camera;
 use tyndall_scene::surface::Surface;
 
+use super::batches::{Batch, batch_texels, pixel_offset};
+use super::gathering::{Gather, Gathering, gather_pass};
 use super::sources::Sources;
 use super::vpl::Vpl;
-use super::{
-    Batch, Gather, Gathering, TECHNIQUE, Walk, batch_texels, gather_pass, per_round, pixel_offset, points, walk,
-};
+use super::{TECHNIQUE, Walk, per_round, points, walk};
 use crate::frame::film_texture;
 use crate::graph::{Graph, Shader, Tile, shader};
+use crate::resident::surfaces::set_transform;
 use crate::resident::{Resident, View, bvh};
 use crate::techniques::chosen;
 use crate::{Gpu, RenderError};
@@ -140,28 +141,15 @@ impl<'a> Walkthrough<'a> {
     /// Moves the camera; frames from now on are seen from there.
     pub fn set_camera(&mut self, camera: &Camera) {
         let view = View::new(camera, self.resident.film, self.resident.environment, self.resident.sky_rotation());
-        write(self.graph.gpu(), &self.resident.view, &view);
+        self.graph.gpu().write(&self.resident.view, &view);
     }
 
     /// Moves the surface of a name; frames from now on have it there. The hierarchy is fitted anew, not built.
     ///
     /// # Errors
-    /// A name that there is not.
+    /// A name that there is not, and a transform that has no inverse.
     pub fn set_transform(&mut self, name: &str, world_from_object: glam::Mat4) -> Result<(), RenderError> {
-        let mut found = false;
-        for surface in self.world.surfaces.iter_mut().filter(|surface| surface.name == name) {
-            surface.world_from_object = world_from_object;
-            found = true;
-        }
-        if !found {
-            let names: Vec<_> = self.world.surfaces.iter().map(|surface| surface.name.as_str()).collect();
-            return Err(tyndall_scene::FieldError {
-                path: "surfaces".into(),
-                found: format!("{name:?}"),
-                accepted: format!("one of {}", names.join(", ")),
-            }
-            .into());
-        }
+        set_transform(&mut self.world.surfaces, name, world_from_object)?;
         self.moved();
         Ok(())
     }
@@ -196,10 +184,10 @@ impl<'a> Walkthrough<'a> {
         bvh::write(gpu, &self.gathering.batches, batch_texels(&batches));
         if !list.is_empty() {
             self.gather.vpls = list;
-            write(gpu, &self.gathering.gather, &self.gather);
+            gpu.write(&self.gathering.gather, &self.gather);
         }
         let there = self.frames.min(u64::from(paths));
-        write(gpu, &self.scale, &Ring { scale: paths as f32 / there as f32 });
+        gpu.write(&self.scale, &Ring { scale: paths as f32 / there as f32 });
         let image = &self.images[path as usize];
         copy(gpu, image, &self.slot);
         let [width, height] = self.resident.film;
@@ -233,12 +221,6 @@ impl<'a> Walkthrough<'a> {
 }
 
 /// Writes an encase value over what a buffer holds.
-fn write<T: encase::ShaderType + encase::internal::WriteInto>(gpu: &Gpu, buffer: &wgpu::Buffer, value: &T) {
-    let mut bytes = encase::StorageBuffer::new(Vec::new());
-    bytes.write(value).expect("a Vec grows as it must");
-    gpu.queue.write_buffer(buffer, 0, &bytes.into_inner());
-}
-
 fn copy(gpu: &Gpu, from: &wgpu::Buffer, to: &wgpu::Buffer) {
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     encoder.copy_buffer_to_buffer(from, 0, to, 0, from.size());

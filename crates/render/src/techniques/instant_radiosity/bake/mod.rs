@@ -24,9 +24,11 @@ use tyndall_scene::World;
 use tyndall_scene::parameter::Settings;
 use tyndall_scene::surface::{Bsdf, Exported, Map, Material, Surface, Texture, TriangleMesh};
 
+use super::batches::{batches, grouped};
+use super::gathering::Gathering;
 use super::geometry::Geometry;
 use super::vpl::{PARALLEL, Vpl};
-use super::{Gathering, TECHNIQUE, Walk, batches, check_size, grouped, per_round, walk};
+use super::{TECHNIQUE, Walk, check_size, per_round, walk};
 use crate::frame::film_texture;
 use crate::graph::{Graph, Shader, Tile, shader};
 use crate::renderer::read_film;
@@ -75,7 +77,7 @@ pub async fn bake(gpu: &Gpu, world: &World, side: u32, progress: &mut Progress<'
     let sides = sides(world, &walk.geometry, &lights);
     let atlas = Atlas::new(&sides, side.clamp(16, 4096), progress)?;
     tracing::info!(vpls, sides = sides.len(), size = ?atlas.size, "light map");
-    let mut light = gathered(gpu, world, &settings, &walk, lights, &atlas, progress).await?;
+    let mut light = gathered(gpu, world, &settings, &walk, &lights, &atlas, progress).await?;
     fill(&mut light, &atlas);
     Ok(Baked { surfaces: exported(world, &sides, &atlas, &light), size: atlas.size, vpls })
 }
@@ -129,7 +131,7 @@ async fn gathered(
     world: &World,
     settings: &Settings,
     walk: &Walk,
-    lights: Vec<Vpl>,
+    lights: &[Vpl],
     atlas: &Atlas,
     progress: &mut Progress<'_>,
 ) -> Result<Vec<Vec3>, RenderError> {

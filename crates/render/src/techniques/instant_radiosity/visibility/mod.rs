@@ -22,7 +22,7 @@ use tyndall_scene::FieldError;
 use tyndall_scene::parameter::{Kind, Parameter, Settings};
 use wgpu::TextureUsages;
 
-use super::Batch;
+use super::batches::Batch;
 use super::geometry::Geometry;
 use super::vpl::{PARALLEL, Vpl};
 use crate::graph::{Draw, Graph, Region, Shader, Turns, shader};
