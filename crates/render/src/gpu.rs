@@ -260,9 +260,7 @@ impl Gpu {
     where
         T: encase::ShaderType + encase::internal::WriteInto,
     {
-        let mut bytes = encase::StorageBuffer::new(Vec::new());
-        bytes.write(value).expect("a Vec grows as it must");
-        let bytes = bytes.into_inner();
+        let bytes = bytes_of(value);
         let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),
             size: bytes.len() as u64,
@@ -278,9 +276,7 @@ impl Gpu {
     where
         T: encase::ShaderType + encase::internal::WriteInto,
     {
-        let mut bytes = encase::StorageBuffer::new(Vec::new());
-        bytes.write(value).expect("a Vec grows as it must");
-        self.queue.write_buffer(buffer, 0, &bytes.into_inner());
+        self.queue.write_buffer(buffer, 0, &bytes_of(value));
     }
 
     /// Makes a buffer of so many bytes that passes alone write and read.
@@ -302,4 +298,14 @@ impl Gpu {
 
 fn texel_count(size: wgpu::Extent3d) -> u64 {
     u64::from(size.width) * u64::from(size.height) * u64::from(size.depth_or_array_layers)
+}
+
+/// An encase value as shaders read it.
+pub(crate) fn bytes_of<T>(value: &T) -> Vec<u8>
+where
+    T: encase::ShaderType + encase::internal::WriteInto,
+{
+    let mut bytes = encase::StorageBuffer::new(Vec::new());
+    bytes.write(value).expect("a Vec grows as it must");
+    bytes.into_inner()
 }

@@ -23,6 +23,7 @@ use std::marker::PhantomData;
 use encase::ShaderSize;
 use tyndall_scene::surface::Surface;
 
+use crate::gpu::bytes_of;
 use crate::resident::Resident;
 use crate::shadows::Shadows;
 use crate::{Gpu, RenderError};
@@ -63,14 +64,15 @@ pub struct Graph<'a> {
     followers: Vec<Follower>,
 }
 
-/// Writes what a buffer holds anew when surfaces have moved.
-type Rewrite = dyn Fn(&Gpu, &Resident, &[Surface]) + Send + Sync;
-
-struct Follower(Box<Rewrite>);
+/// A buffer whose bytes change when surfaces have moved.
+struct Follower {
+    buffer: wgpu::Buffer,
+    bytes: Box<dyn Fn(&Resident, &[Surface]) -> Vec<u8> + Send + Sync>,
+}
 
 impl std::fmt::Debug for Follower {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Follower").finish_non_exhaustive()
+        f.debug_struct("Follower").field("buffer", &self.buffer).finish_non_exhaustive()
     }
 }
 
@@ -134,17 +136,14 @@ impl<'a> Graph<'a> {
     ) where
         T: encase::ShaderType + encase::internal::WriteInto,
     {
-        let buffer = buffer.clone();
-        let write = move |gpu: &Gpu, resident: &Resident, surfaces: &[Surface]| {
-            gpu.write(&buffer, &value(resident, surfaces));
-        };
-        self.followers.push(Follower(Box::new(write)));
+        let bytes = Box::new(move |resident: &Resident, surfaces: &[Surface]| bytes_of(&value(resident, surfaces)));
+        self.followers.push(Follower { buffer: buffer.clone(), bytes });
     }
 
     /// Tells the passes that surfaces have moved.
     pub(crate) fn moved(&self, resident: &Resident, surfaces: &[Surface]) {
-        for Follower(write) in &self.followers {
-            write(self.gpu, resident, surfaces);
+        for Follower { buffer, bytes } in &self.followers {
+            self.gpu.queue.write_buffer(buffer, 0, &bytes(resident, surfaces));
         }
     }
 

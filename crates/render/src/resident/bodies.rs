@@ -122,9 +122,7 @@ impl Bodies {
         }
         gpu.queue.write_buffer(&self.balls, 0, bytemuck::cast_slice(&balls));
         gpu.queue.write_buffer(&self.segments, 0, bytemuck::cast_slice(&segments));
-        let mut bytes = encase::StorageBuffer::new(Vec::new());
-        bytes.write(&info(self.bounds, self.ball_count, self.segment_count)).expect("a Vec grows as it must");
-        gpu.queue.write_buffer(&self.info, 0, &bytes.into_inner());
+        gpu.write(&self.info, &info(self.bounds, self.ball_count, self.segment_count));
     }
 
     /// Whether there are none.

@@ -5,10 +5,11 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
+use glam::{Mat4, Vec3};
 use serde_json::{Value, json};
 use tyndall::Gpu;
-use tyndall::techniques::instant_radiosity::{self, walk};
-use tyndall_plot::{Line, log_log, slope};
+use tyndall::techniques::instant_radiosity::{self, Walkthrough, walk};
+use tyndall_plot::{Axes, Line, curves, log_log, slope};
 use tyndall_scene::assets::Embedded;
 use tyndall_scene::image::{Image, Picture, tonemap};
 use tyndall_scene::parameter;
@@ -23,8 +24,12 @@ use crate::say;
 
 const SCENE: &str = include_str!("../../../../../scenes/cornell.toml");
 
-const EXPERIMENTS: [Experiment<Bench>; 3] =
-    [("the sequence", sequence), ("figure 6: error by kind of points", points), ("how many images", images)];
+const EXPERIMENTS: [Experiment<Bench>; 4] = [
+    ("the sequence", sequence),
+    ("figure 6: error by kind of points", points),
+    ("how many images", images),
+    ("walking through", walk_through),
+];
 
 /// Runs all experiments.
 pub fn page(gpu: Gpu, interrupt: Interrupt, folder: &Path) -> Result<(), Failure> {
@@ -40,9 +45,13 @@ struct Bench {
 impl Bench {
     /// A picture of the Cornell box of so many pixels a side, and the seconds that it took.
     fn render(&self, side: u32, settings: &[(&str, Value)]) -> Result<(Image, f64), Failure> {
-        let world = cornell(side, settings)?;
+        self.picture(&cornell(side, settings)?)
+    }
+
+    /// A world's picture, and the seconds that it took.
+    fn picture(&self, world: &World) -> Result<(Image, f64), Failure> {
         let begun = Instant::now();
-        let rendering = pollster::block_on(tyndall::render(&self.gpu, &world, &mut |_| {
+        let rendering = pollster::block_on(tyndall::render(&self.gpu, world, &mut |_| {
             if self.interrupt.pressed() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         }))?;
         Ok((rendering.image, begun.elapsed().as_secs_f64()))
@@ -176,5 +185,95 @@ fn images(_: &Bench, page: &mut Page) -> Result<(), Failure> {
     }
     page.table("images", &["r", "N", "M", "N/(1 - r)"], &rows);
     page.plot(&log_log("Images", "N, paths", "M, images", &lines).map_err(Failure::Failed)?);
+    Ok(())
+}
+
+/// A camera and a block that move: what a frame costs, how much it differs from the one before, and how wrong it is.
+fn walk_through(bench: &Bench, page: &mut Page) -> Result<(), Failure> {
+    const SIDE: u32 = 96;
+    const FRAMES: u32 = 120;
+    const PATHS: u32 = 32;
+    const BLOCK: &str = "short_block";
+    let mut world = cornell(SIDE, &[("paths", json!(PATHS)), ("samples", json!(PATHS)), ("walks", json!(1))])?;
+    let start = world.scene.camera.position.x;
+    let block = |world: &mut World, shift: Vec3| {
+        let mut found = world.surfaces.iter_mut().filter(|surface| surface.name == BLOCK);
+        found.next().map(|surface| {
+            surface.world_from_object = Mat4::from_translation(shift) * surface.world_from_object;
+            surface.world_from_object
+        })
+    };
+    page.section(
+        "Walking through",
+        &format!(
+            "The Cornell box, {SIDE} x {SIDE}, {PATHS} paths, {FRAMES} frames: the camera goes 12 cm to the right, the short block 12 cm \
+             up and 12 cm to the left. A frame renders one path, which takes the place of the oldest. Changes from frame to frame and errors against the \
+             converged picture of the same moment, with as many paths, are relative RMS."
+        ),
+    );
+    let mut walkthrough = pollster::block_on(Walkthrough::new(&bench.gpu, &world))?;
+    let (mut changes, mut errors) = (Vec::new(), Vec::new());
+    let (mut seconds, mut whole, mut lights) = (Vec::new(), Vec::new(), 0);
+    let mut before: Option<Image> = None;
+    for frame in 0..FRAMES {
+        if bench.interrupt.pressed() {
+            return Err(Failure::Interrupted);
+        }
+        let progress = f64::from(frame) / f64::from(FRAMES);
+        world.scene.camera.position.x = start + 0.12 * progress as f32;
+        let place = block(&mut world, Vec3::new(0.001, 0.001, 0.0));
+        walkthrough.set_camera(&world.scene.camera);
+        if let Some(place) = place {
+            walkthrough.set_transform(BLOCK, place)?;
+        }
+        let begun = Instant::now();
+        lights = lights.max(walkthrough.render());
+        let image = pollster::block_on(walkthrough.image())?;
+        seconds.push(begun.elapsed().as_secs_f64());
+        if let Some(before) = before {
+            changes.push((progress, metrics::linear::linear_errors(&image, &before).relative_rmse));
+        }
+        if frame % 8 == 7 {
+            let (converged, taken) = bench.picture(&world)?;
+            errors.push((progress, metrics::linear::linear_errors(&image, &converged).relative_rmse));
+            whole.push(taken);
+        }
+        before = Some(image);
+    }
+    page.picture("walkthrough", "the last frame", &tonemap::display(&before.unwrap_or_default(), 0.0))?;
+    let filled = f64::from(PATHS) / f64::from(FRAMES);
+    let most = |points: &[(f64, f64)]| {
+        points.iter().filter(|point| point.0 >= filled).fold(0f64, |most, point| most.max(point.1))
+    };
+    let median = |mut list: Vec<f64>| {
+        list.sort_by(f64::total_cmp);
+        list.get(list.len() / 2).copied().unwrap_or(f64::NAN)
+    };
+    let (largest, worst) = (most(&changes), most(&errors));
+    page.table(
+        "walkthrough",
+        &[
+            "paths",
+            "virtual lights of a frame, at most",
+            "a frame [s]",
+            "the slowest [s]",
+            "a whole picture [s]",
+            "largest change with all paths",
+            "largest error with all paths",
+        ],
+        &[vec![
+            json!(PATHS),
+            json!(lights),
+            json!(median(seconds.clone())),
+            json!(seconds.iter().copied().fold(0.0, f64::max)),
+            json!(median(whole)),
+            json!(largest),
+            json!(worst),
+        ]],
+    );
+    let axes = Axes { title: "Walking through", x: "frames / 120", y: "relative RMS", top: 4.0 * worst.max(largest) };
+    let named = |name: &str, points| Line { name: name.into(), points };
+    let lines = [named("error against the converged frame", errors), named("change from the frame before", changes)];
+    page.plot(&curves(&axes, &lines).map_err(Failure::Failed)?);
     Ok(())
 }

@@ -371,16 +371,10 @@ fn a_still_walkthrough_becomes_the_picture() {
     for _ in 0..40 {
         assert!(walkthrough.render() <= 6, "a path's virtual lights");
     }
-    let moving = film(&gpu, &walkthrough);
+    let moving = pollster::block_on(walkthrough.image()).unwrap();
     let error = metrics::linear::linear_errors(&moving, &still).relative_rmse;
     // Half floats, and other short rays at random.
     assert!(error < 0.02, "{error}");
-}
-
-fn film(gpu: &crate::Gpu, walkthrough: &Walkthrough) -> Image {
-    let (width, height) = (walkthrough.film().width(), walkthrough.film().height());
-    let pixels = pollster::block_on(crate::renderer::read_film(gpu, walkthrough.film())).unwrap();
-    Image { width, height, pixels, ..Default::default() }
 }
 
 /// A moving camera and a moving block for 120 frames: no frame flickers, and what is shown keeps up with the converged picture.
@@ -401,7 +395,7 @@ fn a_walkthrough_does_not_flicker() {
         walkthrough.set_camera(&world.scene.camera);
         walkthrough.set_transform("short", world.surfaces[short].world_from_object).unwrap();
         walkthrough.render();
-        let image = film(&gpu, &walkthrough);
+        let image = pollster::block_on(walkthrough.image()).unwrap();
         if let Some(before) = before.filter(|_| frame > 32) {
             flicker = flicker.max(metrics::linear::linear_errors(&image, &before).relative_rmse);
         }

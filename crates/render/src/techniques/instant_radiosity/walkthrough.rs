@@ -2,6 +2,7 @@
 
 use tyndall_scene::World;
 use tyndall_scene::description::Camera;
+use tyndall_scene::image::Image;
 use tyndall_scene::surface::Surface;
 
 use super::batches::{Batch, batch_texels, pixel_offset};
@@ -11,6 +12,7 @@ use super::vpl::Vpl;
 use super::{TECHNIQUE, Walk, per_round, points, walk};
 use crate::frame::film_texture;
 use crate::graph::{Graph, Shader, Tile, shader};
+use crate::renderer::read_film;
 use crate::resident::surfaces::set_transform;
 use crate::resident::{Resident, View, bvh};
 use crate::techniques::chosen;
@@ -138,6 +140,16 @@ impl<'a> Walkthrough<'a> {
         &self.film
     }
 
+    /// The film, read back; the host waits for it.
+    ///
+    /// # Errors
+    /// A device that is lost, or out of memory.
+    pub async fn image(&self) -> Result<Image, RenderError> {
+        let [width, height] = self.resident.film;
+        let pixels = read_film(self.graph.gpu(), &self.film).await?;
+        Ok(Image { width, height, pixels, ..Image::default() })
+    }
+
     /// Moves the camera; frames from now on are seen from there.
     pub fn set_camera(&mut self, camera: &Camera) {
         let view = View::new(camera, self.resident.film, self.resident.environment, self.resident.sky_rotation());
@@ -220,7 +232,6 @@ impl<'a> Walkthrough<'a> {
     }
 }
 
-/// Writes an encase value over what a buffer holds.
 fn copy(gpu: &Gpu, from: &wgpu::Buffer, to: &wgpu::Buffer) {
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     encoder.copy_buffer_to_buffer(from, 0, to, 0, from.size());
