@@ -64,10 +64,13 @@ pub struct Graph<'a> {
     followers: Vec<Follower>,
 }
 
+/// What a buffer holds where surfaces are now.
+type Bytes = dyn Fn(&Resident, &[Surface]) -> Vec<u8> + Send + Sync;
+
 /// A buffer whose bytes change when surfaces have moved.
 struct Follower {
     buffer: wgpu::Buffer,
-    bytes: Box<dyn Fn(&Resident, &[Surface]) -> Vec<u8> + Send + Sync>,
+    bytes: Box<Bytes>,
 }
 
 impl std::fmt::Debug for Follower {
