@@ -64,7 +64,7 @@ struct Writer {
     materials: Vec<Value>,
     images: Vec<Value>,
     /// An image, and how it goes on beyond its edges.
-    textures: Vec<(usize, [Wrap; 2])>,
+    textures: Vec<(usize, Sampler)>,
     nodes: Vec<Value>,
     cameras: Vec<Value>,
     /// Meshes with their material by where they lie in memory, so that what is shared is written once.
@@ -233,20 +233,19 @@ impl Writer {
     /// The document and its bytes in one file.
     fn finish(mut self, lights: Vec<Value>) -> Result<Vec<u8>, SurfaceError> {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
-        let mut samplers: Vec<[Wrap; 2]> = Vec::new();
-        let textures = self.textures.iter().map(|&(source, wrap)| {
-            if wrap == [Wrap::Repeat; 2] {
+        let mut samplers: Vec<Sampler> = Vec::new();
+        let textures = self.textures.iter().map(|&(source, used)| {
+            if used == (Sampler { wrap: [Wrap::Repeat; 2], mips: true }) {
                 return json!({ "source": source });
             }
-            let sampler = samplers.iter().position(|known| *known == wrap).unwrap_or_else(|| {
-                samplers.push(wrap);
+            let sampler = samplers.iter().position(|known| *known == used).unwrap_or_else(|| {
+                samplers.push(used);
                 samplers.len() - 1
             });
             json!({ "source": source, "sampler": sampler })
         });
         let textures: Vec<_> = textures.collect();
-        let samplers: Vec<_> =
-            samplers.into_iter().map(|[s, t]| json!({ "wrapS": code(s), "wrapT": code(t) })).collect();
+        let samplers: Vec<_> = samplers.into_iter().map(Sampler::written).collect();
         let mut document = json!({
             "asset": { "version": "2.0", "generator": concat!("tyndall ", env!("CARGO_PKG_VERSION")) },
         });
@@ -300,12 +299,26 @@ impl Writer {
     }
 }
 
-/// What glTF calls it.
-fn code(wrap: Wrap) -> u32 {
-    match wrap {
-        Wrap::Repeat => 10497,
-        Wrap::Mirror => 33648,
-        Wrap::Clamp => 33071,
+/// How a picture is looked up.
+#[derive(Clone, Copy, PartialEq)]
+struct Sampler {
+    wrap: [Wrap; 2],
+    mips: bool,
+}
+
+impl Sampler {
+    /// As glTF has it: LINEAR says that there are no mip levels, no filter that it is left to viewers.
+    fn written(self) -> Value {
+        let [s, t] = self.wrap.map(|wrap| match wrap {
+            Wrap::Repeat => 10497,
+            Wrap::Mirror => 33648,
+            Wrap::Clamp => 33071,
+        });
+        let mut written = json!({ "wrapS": s, "wrapT": t });
+        if !self.mips {
+            written["minFilter"] = json!(9729);
+        }
+        written
     }
 }
 

@@ -19,6 +19,8 @@ pub struct Map {
     pub transform: Affine2,
     /// Whether it takes the second set of texture coordinates.
     pub second: bool,
+    /// Whether mip levels of it are of use: not where neighbouring texels belong to places that lie apart, as in light maps.
+    pub mips: bool,
 }
 
 /// What is beyond an edge of a picture.
@@ -38,7 +40,7 @@ pub type Texcoords = [Vec2; 2];
 
 impl PartialEq for Map {
     fn eq(&self, other: &Self) -> bool {
-        let how = |map: &Self| (map.wrap, map.transform, map.second);
+        let how = |map: &Self| (map.wrap, map.transform, map.second, map.mips);
         Arc::ptr_eq(&self.texture, &other.texture) && how(self) == how(other)
     }
 }
@@ -46,7 +48,13 @@ impl PartialEq for Map {
 impl Map {
     /// A picture that repeats, in the first set of texture coordinates.
     pub fn new(texture: Texture) -> Self {
-        Self { texture: Arc::new(texture), wrap: Default::default(), transform: Affine2::IDENTITY, second: false }
+        Self {
+            texture: Arc::new(texture),
+            wrap: Default::default(),
+            transform: Affine2::IDENTITY,
+            second: false,
+            mips: true,
+        }
     }
 
     /// Where in the picture a point is: (0, 0) is its top left corner, (1, 1) its bottom right.

@@ -18,10 +18,11 @@ const ROW: u32 = 8192;
 const SRGB: u32 = 1 << 31;
 
 /// How a map lies on its surface, one bit each, in `surface.wesl`: `MAP_SECOND`, and of a mirror and of a clamp along u; those
-/// along v follow.
+/// along v follow; and `MAP_SHARP`, for it is not averaged.
 const SECOND: u32 = 1;
 const MIRROR: [u32; 2] = [2, 8];
 const CLAMP: [u32; 2] = [4, 16];
+const SHARP: u32 = 32;
 
 /// A picture on a surface as shaders see it; all 0 where there is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, encase::ShaderType)]
@@ -89,7 +90,7 @@ impl Maps {
             Wrap::Mirror => MIRROR[axis],
             Wrap::Clamp => CLAMP[axis],
         };
-        let how = bits(0) | bits(1) | if map.second { SECOND } else { 0 };
+        let how = bits(0) | bits(1) | if map.second { SECOND } else { 0 } | if map.mips { 0 } else { SHARP };
         let columns = Vec4::from_array(map.transform.matrix2.to_cols_array());
         let Picture { first, size, coarser, .. } = picture;
         Placed { first, size, how, coarser, columns, offset: map.transform.translation }

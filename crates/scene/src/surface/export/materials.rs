@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::super::gltf::place;
 use super::super::texture::{linear_from_srgb, srgb_from_linear};
 use super::super::{Bsdf, Map, Material, SurfaceError};
-use super::Writer;
+use super::{Sampler, Writer};
 
 impl Writer {
     /// A material. Lambert is a dielectric without gloss (`KHR_materials_specular`), a mirror a smooth metal, glass a smooth
@@ -85,7 +85,7 @@ impl Writer {
 
     /// A picture as PNG, in the coding that its use has in glTF.
     fn picture(&mut self, into: &mut Value, field: &str, map: Option<&Map>, srgb: bool) -> Result<(), SurfaceError> {
-        let Some(Map { texture, wrap, transform, second }) = map else { return Ok(()) };
+        let Some(Map { texture, wrap, transform, second, mips }) = map else { return Ok(()) };
         let key = (Arc::as_ptr(texture).addr(), srgb);
         let image = match self.known_images.get(&key) {
             Some(&known) => known,
@@ -109,9 +109,10 @@ impl Writer {
                 self.images.len() - 1
             }
         };
-        let known = self.textures.iter().position(|known| *known == (image, *wrap));
+        let used = (image, Sampler { wrap: *wrap, mips: *mips });
+        let known = self.textures.iter().position(|known| *known == used);
         let index = known.unwrap_or_else(|| {
-            self.textures.push((image, *wrap));
+            self.textures.push(used);
             self.textures.len() - 1
         });
         into[field] = json!({ "index": index });

@@ -30,7 +30,7 @@ pub(crate) fn everything() -> Export {
     let mut baked = quad();
     baked.colors = vec![Vec4::new(0.25, 0.5, 1.0, 1.0); 4];
     let mut tiles = quad();
-    let normals = Map { wrap: [Wrap::Repeat, Wrap::Mirror], ..picture([128, 128, 255, 255], false) };
+    let normals = Map { wrap: [Wrap::Repeat, Wrap::Mirror], mips: false, ..picture([128, 128, 255, 255], false) };
     crate::surface::tangents::add_tangents(&mut tiles, &normals);
     tiles.second_texcoords = tiles.texcoords.iter().map(|uv| uv.yx() * 0.5).collect();
     let tile = Material {

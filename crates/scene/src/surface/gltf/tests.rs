@@ -263,7 +263,7 @@ fn pictured() -> Value {
     let mut document = document(json!([{ "mesh": 0 }]));
     let png = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNkYPhfDwAChwGA60e6kgAAAABJRU5ErkJggg==";
     document["images"] = json!([{ "uri": format!("data:image/png;base64,{png}") }]);
-    document["samplers"] = json!([{ "wrapS": 33071, "wrapT": 33648 }]);
+    document["samplers"] = json!([{ "wrapS": 33071, "wrapT": 33648, "minFilter": 9729 }]);
     document["textures"] = json!([{ "source": 0 }, { "source": 0, "sampler": 0 }]);
     let turned =
         json!({ "offset": [0, 1], "rotation": std::f64::consts::FRAC_PI_2, "scale": [0.5, 0.5], "texCoord": 1 });
@@ -299,10 +299,10 @@ fn pictures_wrap_lie_and_take_a_second_set() {
     }
     assert_eq!(mesh.second_texcoords, vec![Vec2::new(0.0, 0.5); mesh.positions.len()]);
     let Bsdf::MetallicRoughness { base_color_map: Some(base), .. } = &material.bsdf else { panic!() };
-    assert_eq!((base.wrap, base.second), ([Wrap::Repeat; 2], false));
+    assert_eq!((base.wrap, base.second, base.mips), ([Wrap::Repeat; 2], false, true));
     assert_eq!(base.place([Vec2::new(0.25, 0.75), Vec2::NAN]), Vec2::new(0.25, 0.75));
     let glow = material.emission_map.as_ref().unwrap();
-    assert_eq!((glow.wrap, glow.second), ([Wrap::Clamp, Wrap::Mirror], true));
+    assert_eq!((glow.wrap, glow.second, glow.mips), ([Wrap::Clamp, Wrap::Mirror], true, false));
     // The extension's own example: the picture's lower left quarter, turned clockwise.
     for (uv, expected) in [([0.0, 0.0], [0.0, 1.0]), ([1.0, 0.0], [0.0, 0.5]), ([0.0, 1.0], [0.5, 1.0])] {
         let found = glow.place([Vec2::NAN, Vec2::from(uv)]);

@@ -2,7 +2,7 @@
 
 use glam::{Affine2, Mat2, Vec2};
 use gltf::image::Source as Place;
-use gltf::texture::WrappingMode;
+use gltf::texture::{MinFilter, WrappingMode};
 use gltf::{Material as Described, Texture as Named};
 use serde::Deserialize;
 use serde_json::Value;
@@ -112,7 +112,8 @@ impl Reader<'_, '_> {
             WrappingMode::MirroredRepeat => Wrap::Mirror,
             WrappingMode::ClampToEdge => Wrap::Clamp,
         });
-        Some(Map { wrap, transform, second, ..map })
+        let mips = !matches!(sampler.min_filter(), Some(MinFilter::Nearest | MinFilter::Linear));
+        Some(Map { wrap, transform, second, mips, ..map })
     }
 
     fn picture(&mut self, texture: &Named, srgb: bool, of: &str) -> Option<Map> {

@@ -216,7 +216,8 @@ fn exported(world: &World, sides: &[Side], atlas: &Atlas, light: &[Vec3]) -> Vec
         let most = brightest[side as usize];
         if side > 0 && most > 0.0 { *value / most } else { Vec3::ZERO }
     });
-    let map = Map::new(Texture::of_light(atlas.size, relative));
+    // Charts are but texels apart.
+    let map = Map { mips: false, ..Map::new(Texture::of_light(atlas.size, relative)) };
     let mut list: Vec<_> = world
         .surfaces
         .iter()
