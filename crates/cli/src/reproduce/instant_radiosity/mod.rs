@@ -206,8 +206,8 @@ fn walk_through(bench: &Bench, page: &mut Page) -> Result<(), Failure> {
     page.section(
         "Walking through",
         &format!(
-            "The Cornell box, {SIDE} x {SIDE}, {PATHS} paths, {FRAMES} frames: the camera goes 12 cm to the right, the short block 12 cm \
-             up and 12 cm to the left. A frame renders one path, which takes the place of the oldest. Changes from frame to frame and errors against the \
+            "The Cornell box, {SIDE} x {SIDE}, {PATHS} paths, {FRAMES} frames: camera and short block go 12 cm to the left, \
+             and the block as far up. A frame renders one path, which takes the place of the oldest. Changes from frame to frame and errors against the \
              converged picture of the same moment, with as many paths, are relative RMS."
         ),
     );
