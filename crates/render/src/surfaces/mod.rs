@@ -36,7 +36,8 @@ pub struct GBuffer {
     /// `Rgba32Uint`: the bits of the second set of texture coordinates; how far the first set reaches over a pixel along u and v, and
     /// how far the second, each two half floats. One texel where there are no pictures.
     pub mapping: wgpu::Texture,
-    /// Used while it is filled.
+    /// Numbers of triangles from 1 on, and depths: used while it is filled.
+    visibility: wgpu::Texture,
     depth: wgpu::Texture,
 }
 
@@ -54,6 +55,7 @@ impl GBuffer {
             facing: gpu.texture_2d("facing", film, Rgba32Uint, written).await?,
             motion: gpu.texture_2d("motion", film, Rg32Float, written).await?,
             mapping: gpu.texture_2d("mapping", mapping, Rgba32Uint, written).await?,
+            visibility: gpu.texture_2d("visibility", film, R32Uint, TextureUsages::RENDER_ATTACHMENT).await?,
             depth: gpu.texture_2d("depth", film, Depth32Float, TextureUsages::RENDER_ATTACHMENT).await?,
         })
     }
@@ -73,7 +75,6 @@ impl GBuffer {
         side: f32,
     ) -> Result<(), RenderError> {
         let film = resident.film;
-        let visibility = graph.gpu().texture_2d("visibility", film, R32Uint, TextureUsages::RENDER_ATTACHMENT).await?;
         let surfaces = &resident.surfaces;
         let extent = surfaces.bounds.map_or(1.0, |[low, high]| (high - low).length()).max(f32::MIN_POSITIVE / NEAREST);
         graph
@@ -85,7 +86,7 @@ impl GBuffer {
                 vertices: 3 * surfaces.count,
                 instances: 1,
                 batch: 1,
-                target: Some(Target { texture: &visibility, blend: None }),
+                target: Some(Target { texture: &self.visibility, blend: None }),
                 depth: Some(&self.depth),
                 regions: Some(&[Region { origin: glam::UVec2::ZERO, size: film.into() }]),
             })
@@ -100,7 +101,7 @@ impl GBuffer {
             .read("tile", &tile)
             .read("previous", previous)
             .read("motions", &surfaces.motions)
-            .read("visibility", &visibility)
+            .read("visibility", &self.visibility)
             .write("surface_place", &self.place)
             .write("surface_facing", &self.facing)
             .write("surface_motion", &self.motion)

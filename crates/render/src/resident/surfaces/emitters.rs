@@ -18,10 +18,10 @@ pub(crate) fn lights(surfaces: &[Surface], count: u32) -> Vec<Light> {
 
 /// The buffer of lights, those of [`lights`] among them, which go with surfaces that move.
 pub(crate) fn buffer(graph: &mut Graph<'_>, lights: Vec<Light>, surfaces: &[Surface], count: u32) -> wgpu::Buffer {
-    let shares = shares(surfaces, count);
     let lights = Lights { lights };
     let buffer = graph.gpu().buffer("lights", &lights);
     if lights.lights.iter().any(|light| light.local == Light::AREA) {
+        let shares = shares(surfaces, count);
         graph.follow(&buffer, move |_, surfaces| {
             let mut moved = shared(surfaces, &shares).into_iter();
             let place = |light: &Light| match light.local {
